@@ -50,7 +50,7 @@ TOGETHER = (
 )
 
 
-# Laws as papers print them and other variants of one law: their cases of a property are proofs that .ci/run makes by these names.
+# Laws as papers print them and other variants of one law: their cases of a property are proofs that tests/proofs.txt names.
 VARIANTS = {
     "hybrid_beta3", "hybrid_gsta", "hybrid_literal", "hybrid_paper_f_hat", "hybrid_true_sta", "ladrc_printed",
     "supertwisting_euler",

@@ -6,7 +6,7 @@ The finders look for patterns that are wrong wherever they stand: a rule that a 
 import ast
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 # A description has a head noun: none of these begins one.
@@ -106,14 +106,13 @@ def _without_code(text: str) -> str:
     return re.sub(r"``.+?``|`[^`]+`", "X", text)
 
 
-def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield line and text of each string of words that is no docstring; values of an f-string are one word."""
-    inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)} - {
-        id(node) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)
-    }
-    documented = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
-        if id(node) in inner | documented:
+def messages(nodes: Sequence[ast.AST]) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each string of words of a module's nodes that is no docstring; values of an f-string are one word."""
+    joined = [node for node in nodes if isinstance(node, ast.JoinedStr)]
+    passed = {id(part) for node in joined for part in ast.walk(node)} - {id(node) for node in joined}
+    passed |= {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
+        if id(node) in passed:
             continue
         match node:
             case ast.Constant(value=str(text)):

@@ -11,7 +11,10 @@ from plant.records import flatten
 SCENARIOS, PERIODS = 4, 100
 
 
-@pytest.mark.parametrize("defines", [(), ("-DSHORTCUTS=1",)], ids=["model's algebra", "shortcuts"])
+@pytest.mark.parametrize(
+    "defines",
+    [pytest.param((), id="model's algebra"), pytest.param(("-DSHORTCUTS=1",), id="shortcuts", marks=pytest.mark.slow)],
+)
 @pytest.mark.skipif(ceiling.compiler() is None, reason="no C compiler")
 def test_c_flies_what_the_model_flies(tmp_path, defines):
     """All 72 results of each flight: both are float64, and differ in the order of their sums alone."""

@@ -226,3 +226,13 @@ def test_files_that_the_order_of_tests_names_are_there():
     # A file that moved away would lose its place first in the queue, and nothing else would tell.
     assert [name for name in LONG if not (ROOT / "tests" / name).is_file()] == []
     assert [name for name in TOGETHER if not (ROOT / name).is_dir()] == []
+
+
+def test_every_word_of_the_proofs_that_ci_runs_is_in_a_test():
+    """A word of a test that is renamed would select none, and nobody would miss it."""
+    lines = (ROOT / "tests" / "proofs.txt").read_text(encoding="utf-8").splitlines()
+    files = [*(ROOT / "tests").rglob("test_*.py")]
+    texts = "\n".join(f"{path.stem}\n{path.read_text(encoding='utf-8')}" for path in files)
+    words = {word for line in lines for word in re.findall(r"[\w.]+", line)} - {"or", "and", "not"}
+    assert {word for word in words if word not in texts} == set()
+    assert len(lines) == len({*lines})

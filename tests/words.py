@@ -70,13 +70,14 @@ class Place(NamedTuple):
 
 def places(tree: ast.Module) -> Iterator[Place]:
     """Yield the places of a module that break a rule."""
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    for node in nodes:
         yield from _names(node)
         if isinstance(node, ast.Module | ast.ClassDef | FUNCTIONS[0] | FUNCTIONS[1]):
             yield from _docstring(node)
         if isinstance(node, ast.Module | ast.ClassDef):
             yield from _constants(node.body)
-    for line, text in sentences.messages(tree):
+    for line, text in sentences.messages(nodes):
         yield from (Place(rule, line, sentence) for rule, sentence in sentences.faults(text))
 
 
@@ -130,6 +131,7 @@ def _names(node: ast.AST) -> Iterator[Place]:
         yield Place("banned class", line, node.name)
 
 
+@cache
 def _is_british(word: str) -> bool:
     return bool(BRITISH.fullmatch(word.lower())) and not word.lower().startswith(SAME_IN_BOTH)
 

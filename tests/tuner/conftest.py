@@ -6,7 +6,7 @@ the folder where it spoils something. Commands run in this process by the fixtur
 the process itself: its streams, signals, environment or memory. Figures are blank but in `tests/tuner/report/`; `no_figures`
 leaves them out. Bundles of C hold few golden vectors by `few_golden_vectors`. Folders whose files share such a fixture belong
 into `TOGETHER` of `tests/conftest.py`, so that one worker makes it for all. What takes 10 s all the same, and has a small
-stand-in, is marked `slow` and named in `.ci/run`; that prints the twenty slowest tests and the seconds of each stage.
+stand-in, is marked `slow` and named in `tests/proofs.txt`; `.ci/run` prints the twenty slowest tests and the seconds of each stage.
 
 What made tests dear, most first: a loop of its own (laws, features of the vehicle and metrics together are one kernel, of some
 10 s: take those of another test, and make a step once for all vehicles of the same features); a fit of a log (5 s: move numbers of

@@ -152,6 +152,7 @@ def test_the_hybrid_keeps_its_peaks_at_every_gain_its_term_can_have() -> None:
     assert linear.load_rejection > found.load_rejection
 
 
+@pytest.mark.slow
 def test_command_noise_is_that_of_the_sampled_loop() -> None:
     """A design at its noise limit, flown with white noise on value and rate; 20 000 samples, correlated over some
     ten, say 2 %; and the observer as sampled is louder than in continuous time by some wo h/2 = 7 %."""

@@ -87,6 +87,7 @@ def oscillation(signal, h):
     return w, abs(2.0 * np.mean(signal[whole] * np.exp(-1j * w * h * whole), axis=0))
 
 
+@pytest.mark.slow
 def test_super_twisting_flies_the_cycle_that_is_predicted():
     pair, timing = ("pid", "supertwisting"), Timing(2e-3, 1e-3)
     gains = twisting(pair)

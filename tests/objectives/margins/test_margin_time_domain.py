@@ -122,10 +122,6 @@ class Experiment:
 
 CASES = {
     "position": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.008, 0.008), ("x", "y"), 8.0),
-}
-
-
-SLOW = {
     "inner": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.004, 0.001), ("z", "roll", "yaw"), 6.0),
     "without delay": (
         ("pid", "ladrc"),
@@ -151,9 +147,10 @@ def experiment_of(case, seed=1):
     return Experiment(model, knowledge, HUMMINGBIRD, designs, lanes, duration)
 
 
-@pytest.mark.parametrize("name", [*CASES, *[pytest.param(name, marks=pytest.mark.slow) for name in SLOW]])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
 def test_loops_rest_within_their_margins_and_swing_up_beyond(name):
-    experiment = experiment_of((CASES | SLOW)[name])
+    experiment = experiment_of(CASES[name])
     growth = experiment.fly()
     assert len(growth) >= 12
     assert (growth[experiment.rests] < 0.0).all()

@@ -169,7 +169,9 @@ def test_a_fast_channel_keeps_stable_up_to_its_margins(name):
     assert max(radius(matrices, np.exp(1j * angle)) for angle in np.linspace(-0.999 * phase, 0.999 * phase, 40)) < 1.0
 
 
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "PID over PID" else pytest.mark.slow) for name in FAST]
+)
 def test_the_peaks_of_a_fast_channel_are_norms_of_the_lifted_loop(name):
     system, gains, model, margins = judged(name)
     a, b, c, d = Opened(system, gains, "speed").lifted(1, 0)

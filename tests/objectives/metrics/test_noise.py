@@ -42,7 +42,7 @@ def test_of_white_noise_it_is_what_the_filter_lets_through():
     assert noise_of(lambda k: drawn[k], len(drawn)) == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("frequency", [2.0, 20.0, 200.0])
+@pytest.mark.parametrize("frequency", [*(pytest.param(each, marks=pytest.mark.slow) for each in (2.0, 200.0)), 20.0])
 def test_of_a_sine_it_is_its_root_mean_square_times_the_gain(frequency):
     waves = np.sin(2.0 * pi * frequency * H * np.arange(20_000))
     found = noise_of(lambda k: 1.0 + 0.1 * waves[k] * np.array([1.0, -1.0, 1.0, -1.0]), len(waves))

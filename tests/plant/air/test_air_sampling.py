@@ -112,6 +112,7 @@ def test_mean_wind_blows_unless_switched_off():
     )
 
 
+@pytest.mark.slow
 def test_stationary_from_the_first_sample():
     """Over 3000 scenarios, first and last of 2.5 s alike: relative deviation sqrt(2 / 3000) = 2.6 %, five of them."""
     spec = AirSpec(wind_direction_deg=0.0, angular_rates=True, mean_wind=False)

@@ -211,6 +211,7 @@ def test_a_folder_of_somebody_else_is_not_used(tmp_path, small):
     assert len(said) == 1 and "belongs to another user" in said[0]
 
 
+@pytest.mark.slow
 def test_without_a_folder_or_room_on_the_disk_each_process_compiles_its_own(tmp_path, small):
     (tmp_path / "file").write_text("")
     told, said = small(tmp_path / "file")
@@ -225,6 +226,7 @@ def test_without_a_folder_or_room_on_the_disk_each_process_compiles_its_own(tmp_
 # One process compiles
 
 
+@pytest.mark.slow
 def test_one_of_several_processes_compiles(tmp_path):
     together = [end(process) for process in [start(SMALL, tmp_path) for _ in range(3)]]
     assert sorted(told[2] for told, _ in together) == ["0", "0", "1"]

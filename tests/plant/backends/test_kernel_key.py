@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from plant.backends.cache import fingerprint
 
 ROOT = Path(__file__).parents[3]
@@ -49,6 +51,7 @@ assert key() == unedited
 """
 
 
+@pytest.mark.slow
 def test_an_edit_of_any_source_of_the_kernel_changes_its_key(tmp_path: Path) -> None:
     for package in ("plant", "objectives", "tuner", "tests/plant"):
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))

@@ -65,6 +65,7 @@ def test_a_rotor_follows_a_step_of_its_command_exponentially(name: str, factor: 
     np.testing.assert_allclose(still.rotor_speed, expected, rtol=0.0, atol=tolerance * abs(speed - command))
 
 
+@pytest.mark.slow
 def test_quaternion_keeps_unit_length_over_a_long_tumbling_flight() -> None:
     # Each step ends with a Newton step from |d| < 1e-13, after which only the rounding of the step itself is left: a
     # few eps.

@@ -156,6 +156,7 @@ def test_without_requirements_a_study_is_read_and_gains_are_validated(gains, tmp
     assert (code, out) == (2, "") and "--seeds" in err
 
 
+@pytest.mark.slow
 def test_the_console_script_ends_with_the_same_code(gains, tmp_path):
     broken = write(tmp_path, FAILURE + '\n[[constraint]]\nmetric = "travel"\nmax = 1.0\n')
     words = ["check", str(gains), "--requirements", str(broken), "--json"]

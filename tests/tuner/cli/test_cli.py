@@ -133,6 +133,7 @@ NOT_FOR_A_RUN = (
 )
 
 
+@pytest.mark.slow
 def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
     # The search of its own choice: NSGA-II is of pymoo.
     small = [f"--set={key}={value}" for key, value in SMALL.items() if key not in ("margin", "search.algorithm")]
@@ -143,6 +144,7 @@ def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
     assert done.stderr.splitlines()[-1] == "imported: []"
 
 
+@pytest.mark.slow
 def test_margins_import_nothing_of_scipy_nor_what_writes_results(small_run):
     heavy = (
         *NOT_FOR_A_RUN[:2],

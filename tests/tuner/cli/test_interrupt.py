@@ -87,6 +87,7 @@ def test_a_run_names_what_goes_on_with_it(alone, tmp_path, number, code, marker)
         assert_sealed(folder, alone)
 
 
+@pytest.mark.slow
 def test_a_command_without_a_resume_promises_none(tmp_path):
     from tests.tuner.conftest import QUICKSTART
 
@@ -240,13 +241,8 @@ def interrupt_early(command, alone, folder, instant):
     assert all(line.startswith("Interrupted") for line in told), (command, instant, err)
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "resume",
-        *(pytest.param(word, marks=pytest.mark.slow) for word in list(EARLY) if word != "resume"),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("command", EARLY)
 def test_a_signal_in_the_first_moments_is_one_line(command, alone, tmp_path):
     interrupt_early(command, alone, tmp_path, generator(2, f"test/early/{command}", 0).uniform(0.02, 1.0))
 

@@ -119,6 +119,7 @@ def tails_go_on_or_are_refused(examples, made, study, event, tmp_path_factory, t
     )
 
 
+@pytest.mark.slow
 def test_damaged_folders_of_tails(made, study, tmp_path_factory, tmp_path, monkeypatch):
     tally = tails_go_on_or_are_refused(2, made, study, OFTEN, tmp_path_factory, tmp_path, monkeypatch)
     assert tally["stages.json refused"] and tally["replicas.jsonl refused"]

@@ -369,6 +369,7 @@ def test_sobol_is_a_net():
     assert all(len(np.unique(column)) == 256 for column in np.floor(wide.T * 256))
 
 
+@pytest.mark.slow
 def test_neither_another_process_nor_its_threads_matter(other_process):
     there = other_process.communicate(timeout=120)[0].splitlines()
     assert other_process.returncode == 0

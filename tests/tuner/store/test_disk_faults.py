@@ -161,6 +161,7 @@ def test_a_file_in_the_place_of_a_folder(tmp_path, monkeypatch, capsys):
 READ_ONLY = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 9; shift; "$@"'
 
 
+@pytest.mark.slow
 def test_a_read_only_folder(namespace, finished, undisturbed, tmp_path):
     """Neither is a run begun in one, nor one in it gone on with; to look at it needs no writing."""
     parent = tmp_path / "parent"

@@ -114,6 +114,7 @@ def test_every_call_is_counted(whole):
     assert count == 4 * (len(files) + 2)
 
 
+@pytest.mark.slow
 def test_a_fault_while_the_report_is_drawn_by_its_own_process(whole, tmp_path, monkeypatch, capsys):
     """As the command does it: the figures come from a process, which is ended with the run."""
     monkeypatch.setattr(tuner.report, "start_figures", FigureProcess)

@@ -120,6 +120,7 @@ def test_a_folder_in_the_place_of_a_file_is_told(tmp_path):
         folder.write_text("front.csv", "text")
 
 
+@pytest.mark.slow
 def test_readers_never_see_half_a_file(tmp_path):
     """A writer replaces a file of 2 MB over and over; whoever reads meanwhile finds one whole version."""
     code = (

@@ -207,7 +207,9 @@ def test_nothing_of_a_stranger_runs_that_the_user_has_not_named(way, tmp_path, m
         assert not stranger.mark.exists()
 
 
-@pytest.mark.parametrize("way", PROCESSES)
+@pytest.mark.parametrize(
+    "way", [pytest.param(way, marks=() if way == "numpy.py" else pytest.mark.slow) for way in PROCESSES]
+)
 def test_nothing_in_the_working_folder_is_imported(way, tmp_path):
     make, words = PROCESSES[way]
     make(stranger := Stranger(tmp_path))

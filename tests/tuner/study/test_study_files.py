@@ -298,6 +298,7 @@ def test_the_template_offers_lines():
     assert len(commented_keys()) >= 10
 
 
+@pytest.mark.slow
 def test_reading_studies_needs_no_plotting_or_search_library_and_running_them_only_what_they_ask_for():
     heavy = ("casadi", "pandas", "plotly", "pymoo", "matplotlib", "cvxpy")
     seldom = ("plotly", "pymoo", "cmaes", "matplotlib", "cvxpy", "scipy.stats")

@@ -21,6 +21,7 @@ def same_bits(law, folder):
     return qemu.run_elf(qemu.build(sources, folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["hybrid", *(pytest.param(law, marks=pytest.mark.slow) for law in ("pid", "adrc"))])
 def test_golden_vectors_on_a_cortex_m4f(law, tmp_path):
     """The vectors are worked out here and compared there; the host passes the same ones in test_c99_bundle."""
@@ -33,6 +34,7 @@ def test_golden_vectors_of_the_other_laws_on_a_cortex_m4f(law, tmp_path):
     assert "the same bits" in same_bits(law, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law", ["hybrid", *(pytest.param(law, marks=pytest.mark.slow) for law in BUDGETS if law != "hybrid")]
 )

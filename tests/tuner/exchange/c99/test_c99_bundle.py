@@ -47,12 +47,13 @@ def made(folder, *targets):
     return subprocess.run([program("make"), *targets], cwd=folder, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "real", "options"),
     [
         ("hybrid", "float", ControlOptions()),
         ("ladrc_printed", "float", ControlOptions(delay=True)),
-        pytest.param("supertwisting", "double", ControlOptions("observer", "observer"), marks=pytest.mark.slow),
+        ("supertwisting", "double", ControlOptions("observer", "observer")),
     ],
 )
 def test_make_test_passes_in_a_fresh_folder(law, real, options, tmp_path):
@@ -115,7 +116,8 @@ def survivors(law, folder, every):
     return alive
 
 
-@pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "hybrid"])
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["pid", "hybrid"])
 def test_golden_vectors_notice_a_constant(law, tmp_path):
     assert survivors(law, tmp_path, 6) == []
 

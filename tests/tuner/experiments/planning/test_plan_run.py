@@ -123,6 +123,7 @@ def test_the_pilot_starts_from_the_default_and_is_drawn_alike_for_any_thread_cou
     assert np.array_equal(again.scenarios[0].scores, pilot.scenarios[0].scores)
 
 
+@pytest.mark.slow
 def test_widths_are_near_those_of_real_flights(study, pilot):
     study = load_study(QUICKSTART, EVERYTHING | {"scenario.0.held_out": 64})
     document = plan_document(study, pilot, None, 0.05)

@@ -82,13 +82,10 @@ def ran(tmp_path_factory):
     return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), threads=2).carry_out(), folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "differs"),
-    [
-        (1.0 + 3e-14, ""),
-        pytest.param(1.0 - 1e-5, "phase_margin", marks=pytest.mark.slow),
-        pytest.param(1.0 + 1e-5, "phase_margin", marks=pytest.mark.slow),
-    ],
+    [(1.0 + 3e-14, ""), (1.0 - 1e-5, "phase_margin"), (1.0 + 1e-5, "phase_margin")],
 )
 def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monkeypatch, factor, differs):
     for module in (objectives.evaluator, finals):

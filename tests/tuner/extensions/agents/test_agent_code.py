@@ -66,11 +66,16 @@ def test_code_runs_again_where_it_is_allowed(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "options"),
     [
-        ("autotune", ("--vehicle=x.params", "--airframe=racer5", "--binary=program", "log")),
         ("check", ("mine.py",)),
-        pytest.param("check", ("mine.toml",), marks=pytest.mark.slow),
-        ("run", ("mine.toml",)),
-        pytest.param("tail", ("mine.toml",), marks=pytest.mark.slow),
+        *(
+            pytest.param(*each, marks=pytest.mark.slow)
+            for each in (
+                ("autotune", ("--vehicle=x.params", "--airframe=racer5", "--binary=program", "log")),
+                ("check", ("mine.toml",)),
+                ("run", ("mine.toml",)),
+                ("tail", ("mine.toml",)),
+            )
+        ),
     ],
 )
 def test_a_tool_runs_nothing_without_allow_code(name, options, program):

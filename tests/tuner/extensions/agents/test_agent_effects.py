@@ -89,6 +89,7 @@ def root(tmp_path):
     return tmp_path.resolve()
 
 
+@pytest.mark.slow
 def test_tools_that_take_a_moment_do_as_they_are_annotated(root):
     check_effects(root, CALLS[:2])
 

@@ -110,7 +110,9 @@ def accepted(home, name, label, form):
             yield given, kind
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    "form", [pytest.param(form, marks=() if form == "upwards" else pytest.mark.slow) for form in FORMS]
+)
 def test_no_text_of_any_argument_is_let_through_that_the_system_follows_out_of_the_root(form, home):
     refused = 0
     for name, label in PLACES:

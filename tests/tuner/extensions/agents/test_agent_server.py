@@ -85,6 +85,7 @@ def test_tools_answer_with_the_document_of_the_command(tmp_path):
     assert margins["data"]["format"] == "gainproof-margins"
 
 
+@pytest.mark.slow
 def test_bad_input_and_own_code_are_refused(tmp_path):
     for name in ("own_law.toml", "own_law"):
         source = ROOT / "studies" / name

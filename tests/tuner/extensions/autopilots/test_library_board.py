@@ -162,6 +162,7 @@ def test_a_program_that_dies_in_flight_is_told(played, tmp_path):
         board.close()
 
 
+@pytest.mark.slow
 def test_a_checkout_is_compiled_into_a_folder_of_this_user(tmp_path, monkeypatch):
     program("g++")
     monkeypatch.setenv("TUNER_CACHE_DIR", str(tmp_path / "cache"))

@@ -96,6 +96,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 """
 
 
+@pytest.mark.slow
 def test_a_large_generation_is_scored_in_parts():
     """All results together would be 370 MB, and as much again to score them."""
     done = subprocess.run([sys.executable, "-c", GENERATION], cwd=ROOT, capture_output=True, text=True, timeout=120)

@@ -41,6 +41,7 @@ def silent():
         yield
 
 
+@pytest.mark.slow
 def test_workers_that_are_unlike_are_refused(tmp_path):
     """A worker that has compiled for another processor, for real: before the run, and where it joins one that has begun."""
 
@@ -154,6 +155,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(tmp_path):
     assert said.startswith("Error: --dask: the scheduler does not answer any more") and said.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_local_workers_listen_on_the_loopback_alone():
     """Whoever reaches a scheduler, a nanny or a worker can run code there; a dashboard tells what is run."""
     psutil = pytest.importorskip("psutil")

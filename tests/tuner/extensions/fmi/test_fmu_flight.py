@@ -40,7 +40,9 @@ print(json.dumps({"problems": validate_fmu(sys.argv[1]), "steps": len(found) - 1
         assert moment[1:6] == pytest.approx([0.698 * 9.81 / 4] * 4 + [0.698 * 9.81], rel=1e-6)
 
 
-@pytest.mark.parametrize(("real", "attitude"), [("float", "hybrid"), ("double", "adrc")])
+@pytest.mark.parametrize(
+    ("real", "attitude"), [("float", "hybrid"), pytest.param("double", "adrc", marks=pytest.mark.slow)]
+)
 def test_outputs_are_those_of_the_c_code_to_the_last_bit(real, attitude, tmp_path):
     asked = request(real, attitude=attitude)
     (tmp_path / "a.fmu").write_bytes(fmu(asked)[0])

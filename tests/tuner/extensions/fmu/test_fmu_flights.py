@@ -80,7 +80,7 @@ def wanted():
     return flown(native())
 
 
-@each_version
+@pytest.mark.parametrize("version", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_outcomes_are_those_of_the_plant_in_python(version):
     """Every meter, and so every metric, to 1e-6 of its size; steps of the FMU are those of Runge and Kutta too."""
     found = flown(fmu(version))
@@ -116,15 +116,15 @@ def test_a_trace_is_that_of_the_plant_in_python():
     )
 
 
+@pytest.mark.slow
 def test_bits_do_not_depend_on_workers_or_order():
     one = flown(fmu(3), threads=1)
     assert np.array_equal(one, flown(fmu(3), threads=3))
     assert np.array_equal(one[1:, :4], flown(fmu(3), 4, 1, GAINS[1:]))
 
 
-@pytest.mark.parametrize(
-    "fault", [pytest.param(fault, marks=() if number == 0 else pytest.mark.slow) for number, fault in enumerate(FAULTS)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", FAULTS)
 def test_a_failure_costs_its_flight_and_no_other(fault):
     """Those that pass 1.25 rad fail; the others have the bits that they have where nothing fails."""
     said = []
@@ -229,6 +229,7 @@ def test_outcomes_with_a_lag_go_to_those_of_the_plant_with_the_square_of_the_ste
     assert errors[1] < 0.3 * errors[0]
 
 
+@pytest.mark.slow
 def test_margins_with_a_lag_are_near_those_of_the_plant_in_python():
     lagging, timing = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),), Timing(0.001, 0.00025)
     both = [

@@ -82,6 +82,7 @@ def test_a_program_that_fails_is_told(body, message, tmp_path):
         qemu.run_elf(qemu.build({"main.c": f"int main(void) {{ {body} }}"}, tmp_path))
 
 
+@pytest.mark.slow
 def test_a_program_that_does_not_end_is_ended(monkeypatch, tmp_path):
     monkeypatch.setattr(qemu, "PATIENCE", 1.0)
     with pytest.raises(InputError, match="did not end within 1 s"):

@@ -80,6 +80,7 @@ def outside(installed: Path, code: str, *arguments: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_command_is_in_the_help_and_runs(installed, small_run):
     code = "from tuner.cli.main import main; main()"
     assert "my_report  " in outside(installed, code, "--help")

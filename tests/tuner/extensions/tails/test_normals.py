@@ -97,6 +97,7 @@ def test_a_smaller_spread_would_be_seen():
     assert min(same(there[:, row], here[:, row]) for row in range(66)) < 1e-6
 
 
+@pytest.mark.slow
 def test_vehicles_drawn_again_remain_a_function_of_the_vector_with_the_same_distribution():
     impossible = Uncertainty(("inertia.z",), (0.8,), ((1.0,),))
     spec = ScenarioSpec("wide", 0.02, uncertainty=impossible)

@@ -79,6 +79,7 @@ def _default(study):
     return gains_of(study.controller(study.default_row), {})
 
 
+@pytest.mark.slow
 def test_any_number_of_threads_gives_the_same_bits(study, made, tmp_path):
     alone = tuner.tail(study, EVENTS, out=tmp_path / "one", threads=1, **SETTINGS)
     assert files(alone.folder) == files(made.folder)

@@ -168,6 +168,7 @@ def test_a_line_that_a_killed_process_left_in_part_is_asked_for_again(tmp_path, 
     assert content(out) == content(finished)
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_followed_by_another(tmp_path, whole, undrawn_page):
     """A process that tells is killed by the system between two lines, whichever it is at."""
     study, finished = whole

@@ -36,6 +36,7 @@ def error_of(values, exact):
 
 
 # Steps of 1 forget at once, of 0.05 hardly move at all; levels are uneven, and seeds few.
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1.0, 0.4, 0.05])
 @pytest.mark.parametrize("levels", [(0.4, 0.8), (0.3, 0.35, 0.9)])
 def test_the_mean_of_replicas_is_the_probability(step, levels):
