@@ -87,6 +87,7 @@ def fly(law: str, index: int, duration: float = 4.0) -> Any:
     return final, max(away)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", NAMES)
 def test_designed_gains_fly_in_moderate_turbulence(law: str) -> None:
     final, away = fly(law, 0)

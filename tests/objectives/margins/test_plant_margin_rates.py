@@ -257,6 +257,7 @@ def test_a_channel_at_every_other_period_has_the_margins_of_a_period_twice_as_lo
         assert getattr(here, what).value == pytest.approx(getattr(there, what).value, rel=1e-6), what
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["every 4", "every 3, late"])
 @pytest.mark.parametrize("channel", ["angle", "speed"])
 def test_what_is_flown_rests_below_the_gain_margin_and_swings_up_above(name, channel):

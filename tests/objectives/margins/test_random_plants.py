@@ -91,6 +91,7 @@ def test_margins_are_those_of_the_loop_that_scipy_samples(number):
     assert found == pytest.approx(wanted, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", NUMBERS)
 def test_metrics_at_the_default_step_are_those_of_a_step_32_times_as_short(number):
     study = study_of(drawn(number))

@@ -146,6 +146,7 @@ def aliased(phi, field, frequency, rate):
     return near + 2.0 * (2.0 * pi * phi(2.0 * pi * edge, field)) * edge / rate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [0.02, 0.1, 0.5])
 def test_sampled_spectra(dt):
     """Welch at three steps against the folded closed form, in bands up to the Nyquist frequency; tau of 1 s."""

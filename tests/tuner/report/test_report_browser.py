@@ -486,7 +486,9 @@ SPARSE = {
 }
 
 
-@pytest.mark.parametrize("kind", SPARSE)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=() if kind == "nothing feasible" else pytest.mark.slow) for kind in SPARSE]
+)
 def test_sparse_folders_have_sensible_pages(browser, tmp_path, kind):
     folder = fabricate(tmp_path / "sparse", **SPARSE[kind])
     write_report(folder)

@@ -358,6 +358,7 @@ def test_sobol_points_are_those_of_scipy_to_the_last_bit(dimensions):
         assert np.array_equal(drawn.random(count), wanted.random(count))
 
 
+@pytest.mark.slow
 def test_sobol_is_a_net():
     points = run("sobol", 1, bowls(1), 2, population=16, generations=17)[0][1:].reshape(-1, 2)
     # 256 points of the sequence in two dimensions: one in each box of area 1 / 256 with sides that are powers of two.

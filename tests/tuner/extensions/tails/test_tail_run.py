@@ -119,6 +119,7 @@ def test_spoiled_replicas_are_told_in_a_sentence(study, made, tmp_path, line, se
         tuner.tail(study, EVENTS, out=folder, threads=1, **SETTINGS)
 
 
+@pytest.mark.slow
 def test_replicas_on_record_are_not_flown_again(study, made, tmp_path, monkeypatch):
     folder = tmp_path / "again"
     shutil.copytree(made.folder, folder)
