@@ -25,9 +25,10 @@ GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
 BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
-        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "compare-logs": "log_comparison",
-        "confirm": "first_flights", "cost": "processor_cost", "identify": "identification", "judge": "judge", "mcp": "agents",
-        "sensitivity": "sensitivity", "tail": "tails", "tell": "trials", "theory": "theory",
+        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
+        "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost",
+        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "tail": "tails",
+        "tell": "trials", "theory": "theory",
     },
     "tables": {"choices": "contests", "contender": "contests", "guarantee": "theory", "trials": "trials"},
     "experiments": {"contest": "contests", "trials": "trials"},

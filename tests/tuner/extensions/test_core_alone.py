@@ -41,7 +41,7 @@ COMMANDS = [
     ["resume", "out", "--budget", "3"], ["rejudge", "out", "--out", "judged"], ["verify", "out"], ["show", "out"],
     ["report", "out"], ["compare", "out", "out/gains.json", "--out", "compared"], ["fly", "out/gains.json", "--seeds", "4"],
     ["margins", "out/gains.json"], ["export", "out/gains.json", "--to", "c99", "--flights", "2", "--force"],
-    ["validate", "out/gains.json"], ["schema", "summary"], ["bench", "--help"],
+    ["validate", "out/gains.json"], ["schema", "summary"],
 ]  # fmt: skip
 REFUSED = {
     "judge": (
@@ -80,6 +80,7 @@ LACKING = [
     (["list", "theorems"], "theory"), (["check", "tails.toml"], "tails"), (["schema", "tail"], "tails"),
     (["margins", "--law", "adrc", "--certificates"], "certificates"), (["run", "quickstart", "--dask", "local"], "cluster"),
     (["run", "quickstart", "--backend", "cuda"], "cuda"), (["judge", "--help"], "judge"), (["ask", "trials.toml"], "trials"),
+    (["bench", "--help"], "bench"),
 ]  # fmt: skip
 
 
