@@ -144,7 +144,7 @@ OWN = {
     "tuner/extensions/fmi/code.py",
     "tuner/report/page.py",
     "tuner/extensions/processor_cost/qemu.py",
-    "tuner/study/processor_cost/cost.py",
+    "tuner/extensions/processor_cost/cost.py",
     "tuner/extensions/processor_cost/measure.py",
     "tuner/store/environment.py",
     "tuner/store/manifest.py",
