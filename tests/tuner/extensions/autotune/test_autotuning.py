@@ -15,6 +15,7 @@ import pytest
 import tuner
 from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
+from tests.opened_files import opened_files
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
 from tests.tuner.experiments.again.killing import compare, result_of
 from tests.tuner.extensions.autotune.standin_stages import (
@@ -319,19 +320,6 @@ def test_gains_that_the_opinion_refuses_leave_no_export_and_plan_no_flight(verdi
         assert not Path("out/export").exists() and not Path("out/first_flights").exists()
     # Whoever gives the command again has the export made again; the opinion of today decides.
     assert tuned().passed and Path("out/export/parameters").exists() and Path("out/first_flights").exists()
-
-
-def opened_files(monkeypatch):
-    """Absolute paths of all files that are opened from here on, in their order."""
-    paths, opened = [], open
-
-    def open_and_note(file, *arguments, **options):
-        if not isinstance(file, int):
-            paths.append(Path(file).absolute())
-        return opened(file, *arguments, **options)
-
-    monkeypatch.setattr("builtins.open", open_and_note)
-    return paths
 
 
 @pytest.mark.parametrize("given", ["log.csv", "log.csv@0:5"])
