@@ -16,7 +16,7 @@ A failed flight is not in this tree: it is a result with a status (`plant.quadro
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from importlib.util import find_spec
-from pathlib import Path
+from os import PathLike
 
 # Characters of a name and of a dotted key of the user's that a message repeats.
 LONGEST, LONGEST_KEY = 60, 180
@@ -47,7 +47,7 @@ class InputError(ToolError):
     key: the dotted key inside that file.
     """
 
-    def __init__(self, message: str, *, file: str | Path | None = None, key: str | None = None) -> None:
+    def __init__(self, message: str, *, file: str | PathLike[str] | None = None, key: str | None = None) -> None:
         self.message = message
         self.file = None if file is None else str(file)
         self.key = key
@@ -55,7 +55,7 @@ class InputError(ToolError):
         place = None if key is None else shortened(key, LONGEST_KEY) or '""'
         super().__init__(": ".join(part for part in (self.file, place, message) if part))
 
-    def located(self, *, file: str | Path | None = None, key: str | None = None) -> "InputError":
+    def located(self, *, file: str | PathLike[str] | None = None, key: str | None = None) -> "InputError":
         """Return the same error with missing file and key filled in."""
         copy = type(self).__new__(type(self))
         InputError.__init__(copy, self.message, file=self.file or file, key=self.key or key)
@@ -72,7 +72,13 @@ class UnknownNameError(InputError):
     """
 
     def __init__(
-        self, kind: str, name: str, valid: Iterable[str], *, file: str | Path | None = None, key: str | None = None
+        self,
+        kind: str,
+        name: str,
+        valid: Iterable[str],
+        *,
+        file: str | PathLike[str] | None = None,
+        key: str | None = None,
     ) -> None:
         names = sorted(valid)
         near = get_close_matches(name[:LONGEST], names, n=1, cutoff=0.5)
@@ -81,7 +87,7 @@ class UnknownNameError(InputError):
 
 
 def check_name(
-    kind: str, name: str, valid: Collection[str], *, file: str | Path | None = None, key: str | None = None
+    kind: str, name: str, valid: Collection[str], *, file: str | PathLike[str] | None = None, key: str | None = None
 ) -> None:
     """Raise UnknownNameError where a name is not among the valid ones."""
     if name not in valid:

@@ -8,6 +8,8 @@ import errno
 import json
 import os
 import stat
+from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -22,11 +24,47 @@ MAX_JSON_BYTES, MAX_VALUES = 2**23, 200_000
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 
 
-def read_input(file: Path, most: int = MAX_TEXT_BYTES) -> bytes:
+@dataclass(frozen=True)
+class InputFile:
+    """A file that is read once, when its content is first used.
+
+    Attributes:
+        path: Path, which messages name.
+        held: Content in the place of that at the path, None to read it.
+    """
+
+    path: Path
+    held: bytes | None = None
+
+    @cached_property
+    def content(self) -> bytes:
+        """Content; raises as `read_input` does."""
+        return read_input(self.path) if self.held is None else self.held
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its folder."""
+        return self.path.name
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
+ReadableFile = Path | InputFile
+"""A file to read, or one that is read once for several readers."""
+
+
+def read_input(file: ReadableFile, most: int = MAX_TEXT_BYTES) -> bytes:
     """Return the content of a regular file of limited size.
 
     Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
     """
+    if isinstance(file, InputFile):
+        _check_size(len(file.content), file.path, most)
+        return file.content
     with open(file, "rb", opener=opened_at_once) as source:
         state = os.fstat(source.fileno())
         _check(state, file, most)
@@ -39,17 +77,17 @@ def read_input(file: Path, most: int = MAX_TEXT_BYTES) -> bytes:
     return content
 
 
-def file_sha256(file: Path, most: int = MAX_TEXT_BYTES) -> str:
+def file_sha256(file: ReadableFile, most: int = MAX_TEXT_BYTES) -> str:
     """Return the SHA-256 of a file; raises as `read_input` does."""
     return sha256(read_input(file, most)).hexdigest()
 
 
-def read_input_text(file: Path, encoding: str = "utf-8") -> str:
+def read_input_text(file: ReadableFile, encoding: str = "utf-8") -> str:
     """Return a text file with its line ends as line feeds; raises as `read_input` does, and UnicodeDecodeError."""
     return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
 
 
-def given_content(file: Path, remedy: str, most: int = MAX_TEXT_BYTES) -> bytes:
+def given_content(file: ReadableFile, remedy: str, most: int = MAX_TEXT_BYTES) -> bytes:
     """Return the content of a file that a person named; InputError with a remedy where there is none."""
     try:
         return read_input(file, most)
@@ -59,7 +97,7 @@ def given_content(file: Path, remedy: str, most: int = MAX_TEXT_BYTES) -> bytes:
         raise InputError(f"cannot be read ({error.strerror}); {remedy}", file=file) from None
 
 
-def given_text(file: Path, remedy: str) -> str:
+def given_text(file: ReadableFile, remedy: str) -> str:
     """Return the text in a file that a person named; InputError with a remedy where there is none."""
     try:
         # utf-8-sig: some editors and spreadsheets put a byte order mark in front.

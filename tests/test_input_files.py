@@ -3,12 +3,13 @@
 import ast
 import os
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
-from plant.errors import ToolError
-from plant.input_files import MAX_TEXT_BYTES, read_input, read_input_text
+from plant.errors import InputError, ToolError
+from plant.input_files import MAX_TEXT_BYTES, InputFile, file_sha256, given_text, read_input, read_input_text
 from plant.quadrotor.airframes import load
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
@@ -127,6 +128,32 @@ def test_a_file_that_grows_while_it_is_read_is_refused():
         read_input(file, 10)
 
 
+def test_a_file_that_is_read_once_keeps_its_content(tmp_path):
+    (path := tmp_path / "a.txt").write_bytes(b"a\r\nb")
+    file = InputFile(path)
+    assert read_input_text(file) == "a\nb"
+    path.unlink()
+    assert given_text(file, "give one") == "a\nb" and file.content == b"a\r\nb"
+    assert file_sha256(file) == sha256(b"a\r\nb").hexdigest()
+    assert (str(file), os.fspath(file), file.name) == (str(path), str(path), "a.txt")
+
+
+def test_a_file_with_a_content_is_not_opened(tmp_path):
+    assert read_input(InputFile(tmp_path / "none", b"held")) == b"held"
+    with pytest.raises(OSError, match="are read") as caught:
+        read_input(InputFile(tmp_path / "none", b"held"), 3)
+    assert caught.value.filename == str(tmp_path / "none")
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_a_file_to_be_read_once_is_refused_as_any_other(kind, tmp_path):
+    make, says = ODD[kind]
+    file = make(tmp_path)
+    with patience(SECONDS), pytest.raises(InputError, match=says) as caught:
+        given_text(InputFile(file), "give a text")
+    assert caught.value.file == str(file) and "give a text" in str(caught.value)
+
+
 def test_a_folder_is_told_as_one(tmp_path):
     with pytest.raises(IsADirectoryError):
         read_input(tmp_path)
@@ -144,7 +171,7 @@ OWN = {
     "tuner/extensions/fmi/code.py",
     "tuner/report/page.py",
     "tuner/extensions/processor_cost/qemu.py",
-    "tuner/study/processor_cost/cost.py",
+    "tuner/extensions/processor_cost/cost.py",
     "tuner/extensions/processor_cost/measure.py",
     "tuner/store/environment.py",
     "tuner/store/manifest.py",

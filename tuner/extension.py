@@ -25,11 +25,14 @@ GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
 BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
-        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "compare-logs": "log_comparison",
-        "confirm": "first_flights", "cost": "processor_cost", "identify": "identification", "judge": "judge", "mcp": "agents",
-        "sensitivity": "sensitivity", "tail": "tails", "tell": "trials", "theory": "theory",
+        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
+        "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost",
+        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "tail": "tails",
+        "tell": "trials", "theory": "theory",
     },
-    "tables": {"choices": "contests", "contender": "contests", "guarantee": "theory", "trials": "trials"},
+    "tables": {
+        "choices": "contests", "contender": "contests", "cost": "processor_cost", "guarantee": "theory", "trials": "trials",
+    },
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
     "documents": {
@@ -85,6 +88,7 @@ class Extension:
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
         certificates: "quadrotor" or "plant" -> "module:function" that returns what is proved of it, as rows of its margins.
         requirements: Table of a study -> "module:RequirementKind".
+        costs: Name of a processor -> "module:StepCosts" of the control steps on it.
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
@@ -120,6 +124,7 @@ class Extension:
     opinions: Names = field(default_factory=_none)
     certificates: Names = field(default_factory=_none)
     requirements: Names = field(default_factory=_none)
+    costs: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)

@@ -28,16 +28,21 @@ EVERYDAY = (
     "new", "check", "run", "show", "compare", "fly", "margins", "export", "judge", "autotune", "report", "list",
 )  # fmt: skip
 """Commands that stand first in the help, in the order of a day's work."""
+FURTHER = ("bench",)
+"""Commands of extensions that stand behind those of the core."""
 
 
 def command_groups(names: Collection[str]) -> dict[str, list[str]]:
     """Return headings of the help with their commands, empty ones left out."""
     homes = {command: record.name for record in extensions().values() for command in record.commands}
-    further = [name for name in names if name not in EVERYDAY]
+    placed = {*EVERYDAY, *FURTHER}
     groups = {
         "Every day": [name for name in EVERYDAY if name in names],
-        "Further": [name for name in further if name not in homes],
-        "Of extensions": sorted((name for name in further if name in homes), key=lambda name: (homes[name], name)),
+        "Further": [
+            *(name for name in names if name not in homes.keys() | placed),
+            *(name for name in FURTHER if name in names),
+        ],
+        "Of extensions": sorted((homes.keys() - placed).intersection(names), key=lambda name: (homes[name], name)),
     }
     return {heading: below for heading, below in groups.items() if below}
 

@@ -1,4 +1,4 @@
-"""Commands towards a vehicle, and of this machine: export, schema, bench."""
+"""Commands towards a vehicle, and of its files: export, schema."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +13,6 @@ from tuner.cli.app import (
     AsJson,
     GainsFile,
     TargetChanges,
-    Threads,
     app,
     target_options,
 )
@@ -81,26 +80,3 @@ def schema(
     from tuner.documents.registry import schema_of
 
     print(schema_of(name), end="")
-
-
-@app.command()
-def bench(
-    flights: Annotated[int, typer.Option(help="Flights of 10 s on the lanes backend.", min=16)] = 1024,
-    threads: Threads = None,
-    as_json: AsJson = False,
-) -> None:
-    """Measure simulation speed of each backend.
-
-    Example: tuner bench --json
-    """
-    from tuner.api.frames import json_text
-    from tuner.engines.speed import bench as measure
-
-    if not as_json:
-        print("Measuring closed-loop plant steps per second; the first run on a machine compiles two kernels.")
-    figures = measure(flights, threads)
-    if as_json:
-        print(json_text(figures))
-        return
-    for key, value in figures.items():
-        print(f"{key:28} {f'{value:,.3g}' if isinstance(value, float) else value}")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from plant.input_files import file_sha256
+from plant.input_files import ReadableFile, file_sha256
 from plant.quadrotor.gains import default_row
 from tuner.exchange.target import C, ExportRequest, ExportTarget, Option, PlantRequest, Request
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
@@ -61,7 +61,7 @@ def origin(request: ExportRequest[C], target: str) -> str | None:
     return f"the file {record.file} that the gains were imported from"
 
 
-def plain_name(file: Path) -> str:
+def plain_name(file: ReadableFile) -> str:
     """Return a file's name for any text: letters, digits, blanks, dots, dashes and underscores."""
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MAX_NAME_LETTERS:]
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 from plant.errors import InputError, UnknownNameError, check_name
+from plant.input_files import ReadableFile
 from plant.quadrotor.airframes import Airframe
 from tuner.exchange.c99 import export as c99
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
@@ -37,7 +37,7 @@ def importer(name: str) -> Importer:
     return importers()[name]
 
 
-def import_parameters(source: str, file: Path, airframe: Airframe, given: Sequence[str]) -> ImportedController:
+def import_parameters(source: str, file: ReadableFile, airframe: Airframe, given: Sequence[str]) -> ImportedController:
     """Return the controller of a parameter file; given: options as NAME=VALUE texts."""
     chosen = importer(source)
     return chosen.read(file, airframe, settings_of(chosen, given))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from plant.quadrotor.airframes import Airframe
 from tuner.documents.export import FilteredLoop
 from tuner.gains import Controller
@@ -160,7 +161,7 @@ class Importer:
     name: str
     title: str
     options: tuple[Option, ...]
-    read: Callable[[Path, Airframe, Mapping[str, str]], ImportedController]
+    read: Callable[[ReadableFile, Airframe, Mapping[str, str]], ImportedController]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from tuner.report.page import collapsible, collapsible_text, wide
 from tuner.report.words import law_title, laws_of
 from tuner.search.names import CONVERGED
 from tuner.store.environment import Environment
-from tuner.study.processor_cost.cost import cost_text
+from tuner.study.step_costs import cost_text
 from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
@@ -114,7 +114,7 @@ def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
         ("Airframe", airframe.title or airframe.name),
         ("Laws", laws),
         ("Control period", _period(period, step)),
-        ("Control step", (cost_text(controller.position, controller.attitude, period) if period else None) or MISSING),
+        ("Control step", (cost_text(controller.position, controller.attitude, period) if period else "") or MISSING),
     ]
 
 

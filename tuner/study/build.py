@@ -1,6 +1,6 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import cos, isfinite, radians, sqrt
 from pathlib import Path
 from typing import Any, TypeVar
@@ -35,7 +35,6 @@ from tuner.study.gains import decision_space
 from tuner.study.judged_reading import mission_of, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
-from tuner.study.processor_cost.requirement import cost_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.requirement_kinds import requirement_kind
 from tuner.study.schema import (
@@ -328,14 +327,13 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
     """Return the requirements that need no flight, in the tables' order."""
-    guarantees = tuple(
-        listed(
-            "guarantee",
-            path,
-            table.guarantee,
-            lambda entry: requirement_kind("guarantee").screen(entry, system, specs, table.seed),
+
+    def screens(kind: str, entries: Sequence[object]) -> tuple[Screen, ...]:
+        return tuple(
+            listed(kind, path, entries, lambda entry: requirement_kind(kind).screen(entry, system, specs, table.seed))
         )
-    )
+
+    guarantees = screens("guarantee", table.guarantee)
     first: dict[str, int] = {}
     for i, screen in enumerate(guarantees):
         for requirement in screen.requirements:
@@ -346,6 +344,6 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
                 raise InputError(message, key=f"guarantee[{i}]")
     margins = tuple(listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs)))
     unique("margin", [entry.label for entry in margins])
-    costs = tuple(listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
+    costs = screens("cost", table.cost)
     unique("cost", [screen.requirements[0].label for screen in costs])
     return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)

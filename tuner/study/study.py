@@ -27,11 +27,11 @@ from tuner.gains import Controller, VehicleRecord, read_gains, to_document
 from tuner.search.names import GENERATIONS
 from tuner.study.fitted import fitted_texts
 from tuner.study.margins import margin_requirement, nominal_margins
-from tuner.study.processor_cost.cost import gains_rows, tabled
 from tuner.study.schema import StudyTable
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords, usual_keys
 from tuner.study.shipped_fronts import ShippedFront, shipped_front, shipped_fronts
 from tuner.study.starts import EarlierGains
+from tuner.study.step_costs import cost_rows
 from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
 from tuner.study.tuning_study import TuningStudy
 from tuner.text.sentences import differing, listing
@@ -220,7 +220,7 @@ class Study(TuningStudy):
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         variables = self.space.variables
         ranges = {address: (each.low, each.high) for each in variables for address in each.addresses}
-        cost = gains_rows(tabled(*[law.name for law in self.system.laws.values()]))
+        cost = cost_rows(*[law.name for law in self.system.laws.values()])
         return to_document(self.controller(row), parts | ({"cost": cost} if cost else {}), ranges)
 
     def row_of(self, controller: Controller, file: Path) -> np.ndarray:  # noqa: ARG002

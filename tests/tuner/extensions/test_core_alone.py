@@ -41,7 +41,7 @@ COMMANDS = [
     ["resume", "out", "--budget", "3"], ["rejudge", "out", "--out", "judged"], ["verify", "out"], ["show", "out"],
     ["report", "out"], ["compare", "out", "out/gains.json", "--out", "compared"], ["fly", "out/gains.json", "--seeds", "4"],
     ["margins", "out/gains.json"], ["export", "out/gains.json", "--to", "c99", "--flights", "2", "--force"],
-    ["validate", "out/gains.json"], ["schema", "summary"], ["bench", "--help"],
+    ["validate", "out/gains.json"], ["schema", "summary"],
 ]  # fmt: skip
 REFUSED = {
     "judge": (
@@ -67,6 +67,7 @@ FILES = {
     "trials.toml": 'title = "Elsewhere"\nseed = 1\n[trials]\n',
     "choices.toml": f'{QUICKSTART}\n[choices]\n"controller.attitude" = ["hybrid", "pid"]\n',
     "theory.toml": f'{QUICKSTART}\n[[guarantee]]\ntheorem = "ultimate_error"\naxis = "attitude"\nmax = 1.0\n',
+    "cost.toml": f'{QUICKSTART}\n[[cost]]\nquantity = "stack"\nmax = 1e4\n',
     "tails.toml": f'{QUICKSTART}\n[[constraint]]\nmetric = "failure"\nrisk = "probability"\nmax = 1e-4\n',
     "sealed/contest.json": "{}",
     "begun/run.json": '{"kind": "contest"}',
@@ -77,9 +78,10 @@ LACKING = [
     (["check", "choices.toml"], "contests"), (["report", "sealed"], "contests"), (["report", "begun"], "contests"),
     (["show", "begun"], "contests"), (["schema", "contest"], "contests"), (["schema", "choices-study"], "contests"),
     (["check", "trials.toml"], "trials"), (["report", "asked"], "trials"), (["check", "theory.toml"], "theory"),
-    (["list", "theorems"], "theory"), (["check", "tails.toml"], "tails"), (["schema", "tail"], "tails"),
+    (["list", "theorems"], "theory"), (["check", "cost.toml"], "processor_cost"), (["check", "tails.toml"], "tails"), (["schema", "tail"], "tails"),
     (["margins", "--law", "adrc", "--certificates"], "certificates"), (["run", "quickstart", "--dask", "local"], "cluster"),
     (["run", "quickstart", "--backend", "cuda"], "cuda"), (["judge", "--help"], "judge"), (["ask", "trials.toml"], "trials"),
+    (["bench", "--help"], "bench"),
 ]  # fmt: skip
 
 

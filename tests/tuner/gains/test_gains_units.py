@@ -9,9 +9,9 @@ from objectives.metrics import all_addresses, parse
 from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes.schema import GROUPS, LENGTH, OPTIONAL, SCALARS
+from tuner.extensions.processor_cost.requirement import QUANTITIES
 from tuner.extensions.theory.theorems import THEOREMS
 from tuner.gains.quantities import UCUM, ucum
-from tuner.study.processor_cost.requirement import QUANTITIES
 
 LOOPS = ("position", "attitude")
 OURS = {

@@ -1,8 +1,7 @@
 """Cost of a control step, counted and not timed: operations of the laws, and instructions of the whole step on a processor.
 
 Operations are those of the laws' step functions as CasADi expressions: deterministic, the same on every machine, without the
-cascade between the laws, which all contenders share. Instructions, memory and what a compiler makes of it come from the packaged
-table of `tuner.extensions.processor_cost`.
+cascade between the laws, which all contenders share. Instructions and memory come from the table of an extension.
 """
 
 from functools import cache
@@ -14,8 +13,7 @@ from plant.backends.symbolic import symbolic_function
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Law
 from tuner.documents.comparison_document import ProcessorCount, StepCost
-from tuner.study.processor_cost.cost import MEANING as PROCESSOR_MEANING
-from tuner.study.processor_cost.cost import ProcessorCost, tabled
+from tuner.study.step_costs import first_count
 
 MEANING = (
     "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "
@@ -28,26 +26,20 @@ OF_CHANNELS = (
 
 
 def step_cost(system: FlownSystem) -> StepCost:
-    """Count the operations of a system's laws, and look up packaged instructions."""
+    """Count the operations of a system's laws, and look up counted instructions."""
     counts = {name: step_operations(law) for name, law in system.laws.items()}
     operations = sum(len(system.axes.groups[name]) * count for name, count in counts.items())
     if not system.has_shared_laws:
         return StepCost(operations=operations, channels=counts, meaning=OF_CHANNELS)
-    packaged = tabled(*[law.name for law in system.laws.values()])
-    processor = None if packaged is None else processor_count(packaged, system.timing.control_period)
+    position, attitude = (law.name for law in system.laws.values())
+    counted = first_count(position, attitude, system.timing.control_period)
     return StepCost(
         operations=operations,
         position=counts["position"],
         attitude=counts["attitude"],
         meaning=MEANING,
-        processor=processor,
+        processor=None if counted is None else ProcessorCount(**counted),
     )
-
-
-def processor_count(cost: ProcessorCost, control_period: float) -> ProcessorCount:
-    """Return instructions and bytes on a microcontroller, a step and a second."""
-    rate = cost.per_second(control_period)
-    return ProcessorCount(**vars(cost), instructions_per_second=rate, meaning=PROCESSOR_MEANING)
 
 
 @cache

@@ -7,9 +7,9 @@ AP_Motors/AP_MotorsMatrix.cpp.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from plant.quadrotor.airframes.actuation import Actuation, actuation
 from plant.quadrotor.airframes.scales import Motors, is_plus, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
@@ -82,7 +82,7 @@ def _vehicle_parameters(request: Request, dialect: ranges.Dialect) -> VehiclePar
     return replace(present, values=ranges.translated(present.values, recorded, dialect))
 
 
-def _previous(file: Path, dialect: ranges.Dialect) -> dict[str, float]:
+def _previous(file: ReadableFile, dialect: ranges.Dialect) -> dict[str, float]:
     values = read_param(file)
     ranges.check_names(values, dialect, file)
     if old := modernized(values, file).renamed:

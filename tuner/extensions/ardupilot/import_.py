@@ -4,9 +4,9 @@ Files of Copter 3.3 to 4.5 are read as 4.6, under the names that the firmware's 
 """
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.actuation import actuation
 from tuner.exchange.aboard import DERIVATIVE
@@ -41,7 +41,7 @@ LOOP_PERIOD = Option(
 READ_AS = {"4.6": ("4.5", "4.6"), "4.7": ("4.7", "4.8")}
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
+def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     dialect = DIALECTS[settings[FIRMWARE]]
     plain = read_param(file)
@@ -80,7 +80,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     return imported(ardupilot, described, airframe, cascade, settings, values)
 
 
-def _timed(settings: Mapping[str, str], given: Mapping[str, float], file: Path) -> Mapping[str, str]:
+def _timed(settings: Mapping[str, str], given: Mapping[str, float], file: ReadableFile) -> Mapping[str, str]:
     """Return the settings with the file's control period, where none is set."""
     if settings[PERIOD] != OF_FILE:
         return settings
@@ -104,7 +104,7 @@ def _rate_note(requested: Mapping[str, str], given: Mapping[str, float]) -> tupl
     return (f"The control period is {requested[PERIOD]} s as set, and {rate} of the file is not.",)
 
 
-def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
+def check_version(version: str | None, dialect: Dialect, file: ReadableFile) -> None:
     """Refuse a file that says to be of the other dialect; version: as it says, None if silent."""
     digits = [] if version is None else version.split(".")[:2]
     if len(digits) < 2 or not all(digit.isdecimal() for digit in digits):
@@ -116,7 +116,7 @@ def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
         raise InputError(message, file=file, key="# Version")
 
 
-def check_age(modern: Modern, dialect: Dialect, file: Path) -> None:
+def check_age(modern: Modern, dialect: Dialect, file: ReadableFile) -> None:
     """Raise InputError for names from before 4.0 in a file of 4.7."""
     if modern.renamed and dialect.firmware != "4.6":
         old = next(iter(modern.renamed))

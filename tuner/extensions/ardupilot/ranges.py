@@ -13,9 +13,9 @@ AC_PosControl::pre_arm_checks, AC_AttitudeControl::pre_arm_checks and AP_Arming_
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.cascade import CascadeNames, ParameterSet
 from tuner.extensions.autopilots.native_loops import NativeLaw
 from tuner.extensions.autopilots.parameters import ParameterInfo, Values
@@ -240,7 +240,7 @@ def translated(values: Values, source: Dialect, target: Dialect) -> dict[str, fl
 LEAN_ANGLE = {"4.6": {"ANGLE_MAX": ("ATC_ANGLE_MAX", 100.0)}, "4.7": {"ATC_ANGLE_MAX": ("ANGLE_MAX", 0.01)}}
 
 
-def check_names(values: Values, dialect: Dialect, file: Path) -> None:
+def check_names(values: Values, dialect: Dialect, file: ReadableFile) -> None:
     """Refuse a file with names of the other version; raises InputError that names the right one."""
     for other in DIALECTS.values():
         foreign = sorted((set(other.roles.values()) - set(dialect.roles.values())) & set(values))

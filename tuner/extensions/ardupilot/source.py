@@ -1,8 +1,8 @@
 """Parameter files of ArduPilot as a source."""
 
 import re
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from tuner.exchange.target import FIRMWARE
 from tuner.extensions.ardupilot.ranges import DIALECTS
 from tuner.extensions.ardupilot.text import WHAT, read_param
@@ -11,7 +11,7 @@ from tuner.extensions.autopilots.parameters import stated
 from tuner.extensions.autopilots.sources import Source, major_minor
 
 
-def _options(file: Path) -> dict[str, str]:
+def _options(file: ReadableFile) -> dict[str, str]:
     """Return the dialect of a file: that of its version, or else of its names."""
     version = major_minor(stated(file, WHAT).version)
     later = set(DIALECTS["4.7"].roles.values()) - set(DIALECTS["4.6"].roles.values())

@@ -14,9 +14,9 @@ of a rate loop became two in 4.0.
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots import parameters
 from tuner.extensions.autopilots.frames import check_ardupilot_frame
 
@@ -36,7 +36,7 @@ def write_param(values: Mapping[str, float], separator: str, comments: Sequence[
     return parameters.as_bytes([*(f"# {comment}" for comment in comments), *rows])
 
 
-def read_param(file: Path) -> dict[str, float]:
+def read_param(file: ReadableFile) -> dict[str, float]:
     """Return the parameters of a file; raises InputError naming file and parameter."""
     parameters.check_stack(file, WHAT, "ArduPilot")
     values: dict[str, float] = {}
@@ -108,7 +108,7 @@ class Modern:
     unknown: tuple[str, ...]
 
 
-def modernized(values: Mapping[str, float], file: Path) -> Modern:
+def modernized(values: Mapping[str, float], file: ReadableFile) -> Modern:
     """Return parameters of versions before 4.7 in names and units of 4.6.
 
     Raises InputError where a parameter stands there under its old and its new name with different values.

@@ -2,11 +2,10 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from math import degrees
-from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, shortened
-from plant.input_files import file_sha256
+from plant.input_files import ReadableFile, file_sha256
 from plant.law_registry import law
 from plant.laws.pid import Gains
 from plant.laws.slower import MAX_PERIODS
@@ -77,7 +76,7 @@ def assumed_note(settings: Mapping[str, str], tells_period: bool = False) -> str
 
 
 def controller(
-    file: Path, airframe: Airframe, gains: Mapping[str, Gains], tilt: float, settings: Mapping[str, str]
+    file: ReadableFile, airframe: Airframe, gains: Mapping[str, Gains], tilt: float, settings: Mapping[str, str]
 ) -> Controller:
     """Return a PID controller; axes without gains have the law's defaults. tilt: largest [rad], cut to what we know.
 
@@ -94,7 +93,7 @@ def by_default(airframe: Airframe, cascade: Cascade, tilt: float, settings: Mapp
     return Controller(airframe, cascade, options, period, usual_timing(period, airframe).plant_step, row)
 
 
-def filled(controller: Controller, gains: Mapping[str, Any], file: Path) -> Controller:
+def filled(controller: Controller, gains: Mapping[str, Any], file: ReadableFile) -> Controller:
     """Return the controller with the gains of some axes; raises InputError naming file and invalid gain."""
     controller = with_gains(controller, gains)
     for gain in gain_addresses(controller.cascade):
@@ -153,7 +152,7 @@ def unused_note(values: Mapping[str, float], names: Iterable[str], what: str) ->
 
 
 def record_of(
-    file: Path,
+    file: ReadableFile,
     target: str,
     version: str,
     settings: Mapping[str, str],

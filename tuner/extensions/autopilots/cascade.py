@@ -8,9 +8,9 @@ unchanged; otherwise they are chosen such that the autopilot flies our loops.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+from plant.input_files import ReadableFile
 from plant.law_registry import law
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes import Airframe
@@ -311,7 +311,7 @@ class ParameterFile:
         tells_period: Whether the control period is the file's.
     """
 
-    path: Path
+    path: ReadableFile
     values: Values
     target: str
     loop_parameters: Collection[str]

@@ -1,9 +1,9 @@
 """Frames that parameter files are of: only quadrotors have gains of our vehicles; a file that names no frame is taken for one."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 
 QUAD_ROTORS = 4
 # MAV_TYPE of MAVLink's common.xml, of what flies with rotors or passes for it.
@@ -52,7 +52,7 @@ OTHER_VEHICLES = {
 }
 
 
-def check_ardupilot_frame(values: Mapping[str, float], file: Path) -> None:
+def check_ardupilot_frame(values: Mapping[str, float], file: ReadableFile) -> None:
     """Refuse parameters of another frame than a quadrotor; raises InputError naming file and parameter."""
     for name, vehicle in OTHER_VEHICLES.items():
         if name in values:
@@ -61,7 +61,7 @@ def check_ardupilot_frame(values: Mapping[str, float], file: Path) -> None:
     _check(values, "FRAME_CLASS", FRAME_CLASSES, file)
 
 
-def check_px4_frame(values: Mapping[str, float], file: Path) -> None:
+def check_px4_frame(values: Mapping[str, float], file: ReadableFile) -> None:
     """Refuse parameters of another frame than a quadrotor; raises InputError naming file and parameter.
 
     The geometry of the control allocation decides where it is there; the airframe that it began as may be another one.
@@ -78,12 +78,12 @@ def check_px4_frame(values: Mapping[str, float], file: Path) -> None:
         _refuse("SYS_AUTOSTART", airframe, AIRFRAMES[airframe // 1000], file)
 
 
-def _check(values: Mapping[str, float], name: str, frames: Mapping[int, str], file: Path) -> None:
+def _check(values: Mapping[str, float], name: str, frames: Mapping[int, str], file: ReadableFile) -> None:
     value = int(values.get(name, 0.0))
     if value in frames:
         _refuse(name, value, frames[value], file)
 
 
-def _refuse(name: str, value: int, frame: str, file: Path) -> None:
+def _refuse(name: str, value: int, frame: str, file: ReadableFile) -> None:
     message = f"given {value}, {frame}; only files of quadrotors can be read: gains mean other torques on other frames"
     raise InputError(message, file=file, key=name)

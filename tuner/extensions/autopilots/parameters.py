@@ -9,12 +9,11 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
-from pathlib import Path
 
 import numpy as np
 
 from plant.errors import InputError, one_line, shortened
-from plant.input_files import given_text
+from plant.input_files import ReadableFile, given_text
 from tuner.exchange.target import HeldParameter
 from tuner.text.units import after_number
 
@@ -42,7 +41,7 @@ def positional(value: float) -> str:
     return np.format_float_positional(np.float32(value + 0.0), unique=True, trim="0")
 
 
-def read_number(text: str, name: str, file: Path) -> float:
+def read_number(text: str, name: str, file: ReadableFile) -> float:
     """Return a number of a parameter file, exponents allowed; raises InputError naming the parameter."""
     value = float(text) if NUMBER.fullmatch(text) else float("nan")
     if not isfinite(value) or abs(value) > MAX_VALUE:
@@ -50,7 +49,7 @@ def read_number(text: str, name: str, file: Path) -> float:
     return value
 
 
-def read_lines(file: Path, what: str) -> list[str]:
+def read_lines(file: ReadableFile, what: str) -> list[str]:
     """Return the lines of a text file without their ends; what: which file to give, for the message of an InputError."""
     return given_text(file, f"give {what}").splitlines()
 
@@ -63,7 +62,7 @@ class Stated:
     version: str | None = None
 
 
-def stated(file: Path, what: str) -> Stated:
+def stated(file: ReadableFile, what: str) -> Stated:
     """Return stack and version from a file's comments: of QGroundControl, or a firmware banner."""
     source = Stated()
     for line in read_lines(file, what):
@@ -74,7 +73,7 @@ def stated(file: Path, what: str) -> Stated:
     return source
 
 
-def check_stack(file: Path, what: str, stack: str) -> None:
+def check_stack(file: ReadableFile, what: str, stack: str) -> None:
     """Refuse a file that says to be of another autopilot; raises InputError naming it."""
     if match := next(filter(None, map(OTHER_BANNER.match, read_lines(file, what))), None):
         raise InputError(
@@ -86,7 +85,7 @@ def check_stack(file: Path, what: str, stack: str) -> None:
         raise InputError(message, file=file, key="# Stack")
 
 
-def enter(values: dict[str, float], name: str, value: float, file: Path) -> None:
+def enter(values: dict[str, float], name: str, value: float, file: ReadableFile) -> None:
     """Put a parameter among those read; raises InputError where it stood there with another value."""
     if values.setdefault(name, value) != value:
         message = f"given twice, as {values[name]:.9g} and as {value:.9g}; leave one out"

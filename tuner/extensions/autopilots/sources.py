@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from plant.errors import InputError, UnsupportedVersionError
-from plant.input_files import given_text
+from plant.input_files import ReadableFile, given_text
 from tuner.extension import objects
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
 from tuner.extensions.autopilots.parameters import single
@@ -47,18 +47,18 @@ class Source:
 
     line: re.Pattern[str]
     name: re.Pattern[str]
-    values: Callable[[Path], Values]
-    version: Callable[[Path], str | None]
-    options: Callable[[Path], dict[str, str]]
+    values: Callable[[ReadableFile], Values]
+    version: Callable[[ReadableFile], str | None]
+    options: Callable[[ReadableFile], dict[str, str]]
     rate_gain: re.Pattern[str]
     versions: tuple[tuple[int, int], tuple[int, int]] | None = None
-    is_of_known_units: Callable[[Path], bool] = lambda _: True
-    wiring: Callable[[Path], Values] = lambda _: {}
+    is_of_known_units: Callable[[ReadableFile], bool] = lambda _: True
+    wiring: Callable[[ReadableFile], Values] = lambda _: {}
     is_command_line: bool = False
     resets: re.Pattern[str] | None = None
     left_out: frozenset[str] = frozenset()
     scaling: frozenset[str] = frozenset()
-    profile: Callable[[Path], int] = lambda _: 0
+    profile: Callable[[ReadableFile], int] = lambda _: 0
     rank: int = 0
 
     def name_in(self, line: str) -> str | None:
@@ -79,14 +79,14 @@ def major_minor(version: str | None) -> str | None:
     return match[0] if match else None
 
 
-def fixed_options(name: str, *keys: str) -> Callable[[Path], dict[str, str]]:
+def fixed_options(name: str, *keys: str) -> Callable[[ReadableFile], dict[str, str]]:
     """Return the options with the rates of a target; keys: those that its importer has."""
     rates = {PERIOD: f"{TARGETS[name].control_period:.9g}", EVERY: str(TARGETS[name].position_every)}
     given = {LOOPS.name: NATIVE_LOOPS, **rates}
     return lambda _: {key: given[key] for key in keys}
 
 
-def guess_source(file: Path) -> str:
+def guess_source(file: ReadableFile) -> str:
     """Return the source of a file; InputError where nothing is recognized."""
     text = given_text(file, f"give {WHAT}")
     if text.lstrip().startswith("{"):
@@ -107,7 +107,7 @@ def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float
     }
 
 
-def overlaid(source: Source, before: Path, after: Path) -> str:
+def overlaid(source: Source, before: ReadableFile, after: ReadableFile) -> str:
     """Return the parameters of a vehicle after loading a file, as text."""
     later = given_text(after, f"give {WHAT}").splitlines()
     if source.resets is not None and any(source.resets.fullmatch(line) for line in later):
@@ -123,19 +123,19 @@ def overlaid(source: Source, before: Path, after: Path) -> str:
     return "\n".join([*lines, *profile, *later]) + "\n"
 
 
-def check_versions(source: Source, before: Path, after: Path) -> None:
+def check_versions(source: Source, before: ReadableFile, after: ReadableFile) -> None:
     """Refuse two files that state different versions; raises InputError that names both."""
     earlier, later = source.version(before), source.version(after)
     if earlier is not None and later is not None and earlier != later:
         # An export is of the version that it is written for; what it replaces lies beside it, in the same names.
-        rollback = after.parent / "rollback" / after.name
+        rollback = Path(after).parent / "rollback" / after.name
         such = f", such as {rollback} for {before}" if rollback.exists() else ""
         differ = "names, units and defaults differ; give files of one version"
         message = f"is of version {later}, and {before} of {earlier}: {differ}{such}"
         raise InputError(message, file=after, key="version")
 
 
-def version_fault(source: Source, files: Sequence[Path]) -> str:
+def version_fault(source: Source, files: Sequence[ReadableFile]) -> str:
     """Return the fault in the version of files, "" without one.
 
     Raises InputError where a file is of another firmware.

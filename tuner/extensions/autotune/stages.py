@@ -79,16 +79,19 @@ class IdentificationStage(Stage):
     def make(self) -> str | None:
         """Identify the vehicle, or plan the flight that would."""
         setup = self.setup
-        findings = check_logs(setup.given_logs, airframe=setup.airframe, mapping=setup.mapping).document.findings
+        findings = check_logs(setup.logs, airframe=setup.airframe).document.findings
         useless = [finding for finding in findings if finding.severity == "useless"]
         if useless and all(finding.text == SILENT for finding in useless):
             return self._plan(
                 "The log does not identify the vehicle: rotation and lift are uncorrelated with the motors."
             )
         fit = identify(
-            setup.given_logs, airframe=setup.airframe, mapping=setup.mapping, out=self.out / VEHICLE, report=self.out / FIT_PAGE,
+            setup.logs,
+            airframe=setup.airframe,
+            out=self.out / VEHICLE,
+            report=self.out / FIT_PAGE,
             watcher=self.watcher,
-        )  # fmt: skip
+        )
         missing = [row.name for row in fit.document.numbers if row.name in NEEDED and not row.identified]
         if missing:
             return self._plan(

@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from math import degrees
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from plant.law_registry import law
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.actuation import Actuation, actuation
@@ -78,7 +78,7 @@ SUPPORTED_RELAX = {"iterm_relax": ("RP", "RPY", "OFF"), "iterm_relax_type": ("SE
 PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
+def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and setting."""
     stated = read_release(file)
     release = stated or RELEASES[USUAL]
@@ -163,7 +163,7 @@ def _other_relax(texts: Mapping[str, str]) -> tuple[str, ...]:
     return settings_note("Our I-term relax is SETPOINT of RP or RPY", others, " flies otherwise")
 
 
-def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
+def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: ReadableFile) -> dict[str, str]:
     """Return the settings by the names of 2025.12; raises InputError where one has a name that the release does not know."""
     for old, current in OLDEST.items() if release.current else ():
         if old in texts and old not in TABLE:
@@ -188,7 +188,7 @@ def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
     return lowered
 
 
-def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
+def check_law(texts: Mapping[str, str], mixer: str | None, file: ReadableFile) -> None:
     """Refuse ADRC, integrated yaw and other vehicles than quads; raises InputError naming the setting."""
     if texts.get("pid_type", "CLASSIC") != "CLASSIC":
         message = (

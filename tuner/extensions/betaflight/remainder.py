@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Collection, Mapping
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import absent_note, record_of, settings_note, unused_note
 from tuner.extensions.betaflight.map import FILTERS, NAMES, OTHERS, SWITCHES
 from tuner.extensions.betaflight.native_loops import (
@@ -38,7 +38,7 @@ def untouched_settings(texts: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def vehicle_record(
-    file: Path, version: str, settings: Mapping[str, str], texts: Mapping[str, str], is_native: bool
+    file: ReadableFile, version: str, settings: Mapping[str, str], texts: Mapping[str, str], is_native: bool
 ) -> VehicleRecord:
     """Return the record of a file: its whole numbers that act in the loops.
 

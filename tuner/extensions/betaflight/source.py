@@ -1,8 +1,8 @@
 """Command lines of Betaflight as a source."""
 
 import re
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import LOOPS
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, PROFILE, Source, Values, fixed_options
 from tuner.extensions.betaflight import text
@@ -11,18 +11,18 @@ from tuner.extensions.betaflight.map import RELEASES
 from tuner.extensions.betaflight.native_loops import FOLLOWING, SILENT
 
 
-def _profile(file: Path) -> int:
+def _profile(file: ReadableFile) -> int:
     return text.read_selected(file) or 0
 
 
-def _values(file: Path) -> Values:
+def _values(file: ReadableFile) -> Values:
     """Return the settings of the active profile by the names of 2025.12."""
     release = text.read_release(file)
     texts = text.read_cli(file, _profile(file))
     return renamed(texts, release or RELEASES[USUAL], release is not None, file)
 
 
-def _version(file: Path) -> str | None:
+def _version(file: ReadableFile) -> str | None:
     release = text.read_release(file)
     return None if release is None else release.name
 

@@ -6,9 +6,9 @@ then refuses to save; `batch end` before `save` would clear the error, and half 
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 from plant.errors import InputError, UnsupportedVersionError, shortened
+from plant.input_files import ReadableFile
 from tuner.exchange.target import whole_number
 from tuner.extensions.autopilots.parameters import ParameterInfo, as_bytes, read_lines
 from tuner.extensions.betaflight.map import NAMES, RELEASES, TABLE, Release
@@ -50,7 +50,7 @@ def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], 
     )
 
 
-def read_cli(file: Path, profile: int) -> dict[str, str]:
+def read_cli(file: ReadableFile, profile: int) -> dict[str, str]:
     """Return the settings that hold in a PID profile; raises InputError naming file and setting.
 
     Settings before the first `profile` hold in every profile; those of a profile hold until the next one. Rate and battery
@@ -90,7 +90,7 @@ def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]
             yield name, value
 
 
-def read_release(file: Path) -> Release | None:
+def read_release(file: ReadableFile) -> Release | None:
     """Return the release that printed a file, or None.
 
     Raises InputError for another firmware, UnsupportedVersionError for an unknown release.
@@ -110,31 +110,31 @@ def read_release(file: Path) -> Release | None:
     return RELEASES[version]
 
 
-def _other_firmware(name: str, file: Path) -> InputError:
+def _other_firmware(name: str, file: ReadableFile) -> InputError:
     message = (
         f"{name} is not supported: its gains, defaults and mixers are others than those of Betaflight; give {WHAT}"
     )
     return InputError(message, file=file, key="version")
 
 
-def states_release(file: Path) -> bool:
+def states_release(file: ReadableFile) -> bool:
     """Return True for a file of a release, or of an export."""
     return read_release(file) is not None or any(map(EXPORTED.fullmatch, read_lines(file, WHAT)))
 
 
-def read_selected(file: Path) -> int | None:
+def read_selected(file: ReadableFile) -> int | None:
     """Return the active PID profile: the last one that the command line prints; None without any."""
     matches = [match for line in read_lines(file, WHAT) if (match := PROFILE.fullmatch(line.strip()))]
     return int(matches[-1][1]) if matches else None
 
 
-def read_mixer(file: Path) -> str | None:
+def read_mixer(file: ReadableFile) -> str | None:
     """Return the mixer that a file names, None without any."""
     matches = [match for line in read_lines(file, WHAT) if (match := MIXER.fullmatch(line.strip()))]
     return matches[-1][1] if matches else None
 
 
-def read_wiring(file: Path) -> dict[str, str]:
+def read_wiring(file: ReadableFile) -> dict[str, str]:
     """Return the settings that have commands of their own: mixer, outputs, channels, 3D; the last line of each counts."""
     values: dict[str, str] = {}
     for line in read_lines(file, WHAT):
@@ -146,7 +146,7 @@ def read_wiring(file: Path) -> dict[str, str]:
     return values
 
 
-def parse_integer(text: str, name: str, file: Path) -> float:
+def parse_integer(text: str, name: str, file: ReadableFile) -> float:
     """Return a setting as a whole number; raises InputError naming it."""
     if not re.fullmatch(r"[+-]?\d{1,9}", text):
         raise InputError(f"given '{shortened(text)}'; this must be a whole number", file=file, key=name)
@@ -154,7 +154,7 @@ def parse_integer(text: str, name: str, file: Path) -> float:
 
 
 def read_numbers(
-    texts: Mapping[str, str], table: Mapping[str, ParameterInfo], release: Release | None, file: Path
+    texts: Mapping[str, str], table: Mapping[str, ParameterInfo], release: Release | None, file: ReadableFile
 ) -> dict[str, float]:
     """Return the settings of a table as numbers.
 
@@ -178,7 +178,7 @@ def read_numbers(
     return numbers
 
 
-def _enter(values: dict[str, str], name: str, value: str, file: Path) -> None:
+def _enter(values: dict[str, str], name: str, value: str, file: ReadableFile) -> None:
     if values.setdefault(name, value) != value:
         message = f"given twice, as {shortened(values[name])} and as {shortened(value)}; leave one out"
         raise InputError(message, file=file, key=name)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from math import radians
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from plant.law_registry import law
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.actuation import actuation
@@ -43,7 +43,7 @@ def full_thrust(vehicle: Vehicle, settings: Mapping[str, str]) -> float:
     return number(settings, FULL_THRUST.name, 0.01, 100.0, "N")
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
+def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     given = read_parameters(file)
     check_names(given, file)

@@ -7,9 +7,9 @@ keep the vehicle's value if it is known, and are 0 otherwise.
 from collections.abc import Mapping
 from dataclasses import replace
 from math import radians
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from plant.quadrotor.cascade import ATTITUDE_AXES, POSITION_AXES
 from tuner.exchange.aboard import VehicleParameters
 from tuner.extensions.autopilots.native_loops import NativeLaw, native_gains
@@ -85,7 +85,7 @@ def native_held(controller: Controller, one: Units, written: Values, filters: Ma
     return with_gains(limited, {**gains, **pid_gains(one, written, filters)})
 
 
-def check_names(given: Values, file: Path) -> None:
+def check_names(given: Values, file: ReadableFile) -> None:
     """Refuse a file without any parameter of these loops; raises InputError naming the file."""
     if not TABLE.keys() & given.keys():
         raise InputError(

@@ -7,9 +7,9 @@ such a file on the vehicle.
 
 import re
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.parameters import as_bytes, enter, positional, read_lines, read_number
 from tuner.extensions.crazyflie.map import INTEGERS, TABLE
 
@@ -36,7 +36,7 @@ def number(name: str, value: float) -> str:
     return str(round(value)) if name in INTEGERS else positional(value)
 
 
-def read(file: Path) -> dict[str, float]:
+def read(file: ReadableFile) -> dict[str, float]:
     """Return parameter -> stored value, for the parameters that are stored; raises InputError naming what is wrong."""
     lines = [line.split("#")[0].rstrip() for line in read_lines(file, "a parameter file of cflib (YAML)")]
     if f"type: {TYPE}" not in lines:
@@ -50,7 +50,7 @@ def read(file: Path) -> dict[str, float]:
     return stored
 
 
-def _states(lines: list[str], file: Path) -> dict[str, dict[str, str]]:
+def _states(lines: list[str], file: ReadableFile) -> dict[str, dict[str, str]]:
     """Return parameter -> field -> text: from YAML in flow or block style."""
     states: dict[str, dict[str, str]] = {}
     fields: dict[str, str] = {}

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from tuner.report.charts.paper import Figure
 
 LogLike = str | Path
+GivenLog = LogLike | FlightLog
+"""A log by its file, or one that is read already."""
 SPAN = re.compile(r"(?P<file>.+)@(?P<begin>\d+(\.\d+)?):(?P<end>\d+(\.\d+)?)")
 """A log of which a part counts: FILE@BEGIN:END, in seconds of its own clock."""
 LARGEST_DEVIATION = 0.5
@@ -91,7 +93,7 @@ class Identification(Documented):
 
 
 def identify(
-    logs: LogLike | Sequence[LogLike],
+    logs: GivenLog | Sequence[GivenLog],
     *,
     airframe: str | Path,
     out: str | Path | None = None,
@@ -109,7 +111,7 @@ def identify(
     Its numbers have intervals.
 
     Args:
-        logs: Files of flights of one vehicle; FILE@35:65 for the part from 35 to 65 s of the log's clock.
+        logs: Files of flights of one vehicle, or logs read already; FILE@35:65 for the part from 35 to 65 s of the log's clock.
         airframe: Prior: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
         out: Airframe file (TOML) to write, with the numbers found and their [uncertainty]; it must not be there yet.
         mapping: TOML file that says what the columns of CSV logs are.
@@ -172,7 +174,7 @@ def identify(
 
 
 def check_logs(
-    logs: LogLike | Sequence[LogLike], *, airframe: str | Path, mapping: str | Path | None = None
+    logs: GivenLog | Sequence[GivenLog], *, airframe: str | Path, mapping: str | Path | None = None
 ) -> LogCheck:
     """Check flight logs before an identification from them.
 
@@ -262,12 +264,12 @@ class _Steps:
             self._is_announced = True
 
 
-def read_logs(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:
+def read_logs(logs: GivenLog | Sequence[GivenLog], mapping: str | Path | None) -> list[FlightLog]:
     """Return logs, or the parts of them that are asked for; InputError where one cannot be read or is given twice."""
-    given = [logs] if isinstance(logs, str | Path) else list(logs)
+    given = [logs] if isinstance(logs, GivenLog) else list(logs)
     if not given:
         raise InputError("no log given; give at least one")
-    flight_logs = [_log(str(entry), None if mapping is None else Path(mapping)) for entry in given]
+    flight_logs = [_log(entry, None if mapping is None else Path(mapping)) for entry in given]
     for first, second in combinations(flight_logs, 2):
         if first.digest == second.digest and _overlaps(first, float(second.time[0]), float(second.time[-1])):
             raise InputError(
@@ -281,8 +283,10 @@ def _overlaps(log: FlightLog, begin: float, end: float) -> bool:
     return float(log.time[0]) < end and begin < float(log.time[-1])
 
 
-def _log(given: str, mapping: Path | None) -> FlightLog:
-    span = None if Path(given).exists() else SPAN.fullmatch(given)
+def _log(given: GivenLog, mapping: Path | None) -> FlightLog:
+    if isinstance(given, FlightLog):
+        return given
+    span = None if Path(given).exists() else SPAN.fullmatch(str(given))
     if span is None:
         return read_log(Path(given), mapping)
     return read_log(Path(span["file"]), mapping).between(float(span["begin"]), float(span["end"]))

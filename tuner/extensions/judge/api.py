@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError
-from plant.input_files import read_input
+from plant.input_files import InputFile
 from plant.output_files import make_folders, write_new_file
 from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
@@ -162,7 +162,7 @@ def judge(
             announce_compilation(heard)
             document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
-            document = write(document, None if before is None else Path(before), folder)
+            document = write(document, given.before, folder)
     return Assessment(document, None if folder is None else folder.path)
 
 
@@ -190,7 +190,7 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
         True
 
     """
-    files = Path(written), Path(dump)
+    files = InputFile(Path(written)), InputFile(Path(dump))
     names = [find_source(source) if source is not None else guess_source(file) for file in files]
     if names[0] != names[1]:
         raise InputError(
@@ -219,12 +219,12 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
     return ReadBackComparison(document)
 
 
-def write(document: AssessmentDocument, before: Path | None, folder: Folder) -> AssessmentDocument:
+def write(document: AssessmentDocument, before: InputFile | None, folder: Folder) -> AssessmentDocument:
     """Write page, document and the file to go back to."""
     if before is not None:
         name = f"rollback/{plain_name(before)}"
         make_folders(folder.path / "rollback")
-        write_new_file(folder.path / name, read_input(before))
+        write_new_file(folder.path / name, before.content)
         document = document.model_copy(update={"rollback": name})
     folder.write_json("assessment.json", document)
     folder.write_text("judge.md", assessment_page(document))

@@ -3,11 +3,9 @@
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from plant.errors import InputError, one_line, shortened
-from plant.input_files import file_sha256
-from plant.output_files import write_new_file
+from plant.input_files import InputFile, ReadableFile, file_sha256
 from plant.quadrotor.airframes import Airframe, load
 from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
@@ -39,7 +37,7 @@ class GainsFile:
         wiring: Its settings that are no parameters.
     """
 
-    path: Path
+    path: ReadableFile
     part: AssessedFile
     gains: QuadrotorGains
     notes: tuple[str, ...] = ()
@@ -101,8 +99,8 @@ class GivenFiles:
     """
 
     source: str
-    after: Path
-    before: Path | None
+    after: InputFile
+    before: InputFile | None
     airframe: str | None
     guessed: str | None
 
@@ -125,15 +123,16 @@ class GivenFiles:
         return _airframe_part(self.vehicle, self.airframe is not None)
 
 
-def name_files(after: Path, before: Path | None, source: str | None, airframe: str | None) -> GivenFiles:
-    """Return files with their source; InputError where they are of two firmwares.
+def name_files(given: Path, present: Path | None, source: str | None, airframe: str | None) -> GivenFiles:
+    """Return files with their source, to be read once; InputError where they are of two firmwares.
 
     Args:
-        after: The file to judge.
-        before: Gains of the vehicle at present, or None.
+        given: The file to judge.
+        present: Gains of the vehicle at present, or None.
         source: Firmware of both, or "gains"; None to guess it.
         airframe: Name or file of the vehicle, None if none is named.
     """
+    after, before = InputFile(given), None if present is None else InputFile(present)
     name = guess_source(after) if source is None else find_source(source)
     guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
     if before is not None and source is None and (other := guess_source(before)) != name:
@@ -152,13 +151,8 @@ def read_subjects(given: GivenFiles) -> Subjects:
         return Subjects(alone, None, assumed, given.guessed)
     earlier = read_parameter_file(before, name, vehicle)
     check_versions(sources()[name], before, after)
-    with TemporaryDirectory(prefix="gainproof-") as place:
-        merged = Path(place) / after.name
-        write_new_file(merged, overlaid(sources()[name], before, after).encode())
-        try:
-            together = read_parameter_file(merged, name, vehicle)
-        except InputError as error:
-            raise InputError(error.message, file=after, key=error.key) from None
+    merged = InputFile(after.path, overlaid(sources()[name], before, after).encode())
+    together = read_parameter_file(merged, name, vehicle)
     return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed)
 
 
@@ -167,7 +161,7 @@ def find_source(name: str) -> str:
     return name if name == GAINS else find_importer(name).name
 
 
-def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFile:
+def read_parameter_file(path: ReadableFile, source: str, airframe: Airframe) -> GainsFile:
     """Return the gains of a parameter file in the firmware's own loops."""
     options = [f"{name}={value}" for name, value in sources()[source].options(path).items()]
     imported = import_parameters(source, path, airframe, options)
@@ -184,7 +178,7 @@ def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFil
     )
 
 
-def file_part(path: Path, source: str, version: str | None = None) -> AssessedFile:
+def file_part(path: ReadableFile, source: str, version: str | None = None) -> AssessedFile:
     """Return the entry of a file in a document."""
     return AssessedFile(file=str(path), source=source, version=version, sha256=file_sha256(path))
 
@@ -200,7 +194,9 @@ def _text(value: str | float | None) -> str | None:
     return shortened(one_line(value)) if isinstance(value, str) else f"{value:.9g}"
 
 
-def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:
+def _read_gains_files(
+    after: InputFile, before: InputFile | None, airframe: str | None, guessed: str | None
+) -> Subjects:
     """Return gains.json files with their airframe; InputError where it is not one and the same."""
     later = _read_gains(after, airframe)
     earlier = None if before is None else _read_gains(before, airframe)
@@ -211,8 +207,8 @@ def _read_gains_files(after: Path, before: Path | None, airframe: str | None, gu
     return Subjects(later, earlier, _airframe_part(vehicle, True), guessed)
 
 
-def _read_gains(path: Path, airframe: str | None) -> GainsFile:
-    return GainsFile(path, file_part(path, GAINS), quadrotor_gains(read_gains(path, airframe)))
+def _read_gains(file: InputFile, airframe: str | None) -> GainsFile:
+    return GainsFile(file, file_part(file, GAINS), quadrotor_gains(read_gains(file.path, airframe)))
 
 
 def _airframe_part(airframe: Airframe, is_known: bool) -> AssessedAirframe:

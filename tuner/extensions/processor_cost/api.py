@@ -9,10 +9,10 @@ from tuner.api import POSITION_LAW
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.documents.parts import NumberWithUnit
+from tuner.extensions.processor_cost.cost import MEANING, tabled
 from tuner.extensions.processor_cost.measure import measure_cost
 from tuner.gains import Controller
 from tuner.store.document import DocumentPart
-from tuner.study.processor_cost.cost import MEANING, tabled
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,5 +9,7 @@ EXTENSION = Extension(
     command_module=f"{HOME}.command",
     commands=("cost",),
     api={"cost": f"{HOME}.api:cost"},
+    requirements={"cost": f"{HOME}.requirement:KIND"},
+    costs={"cortex_m4f": f"{HOME}.cost:COSTS"},
     printers={"Cost": f"{HOME}.printer:print_costs"},
 )

@@ -3,7 +3,7 @@
 The controller is a compilation unit of its own, so nothing of a step can move out of the counted section. After a change of a
 law, of the cascade or of the C99 export, the packaged table is updated by
 
-    python -m tuner.extensions.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json
+    python -m tuner.extensions.processor_cost.measure --write tuner/extensions/processor_cost/cortex_m4f.json
 """
 
 import argparse
@@ -27,9 +27,16 @@ from plant.texts import PlainTable
 from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.texts import filled
 from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.cost import (
+    CONTROL_PERIOD,
+    COUNTED_KEYS,
+    MEANING,
+    SHARED_KEYS,
+    TARGET,
+    ProcessorCost,
+)
 from tuner.extensions.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
 from tuner.gains import Controller
-from tuner.study.processor_cost.cost import CONTROL_PERIOD, COUNTED, MEANING, SHARED, TARGET, ProcessorCost
 
 PREFIX, REAL = "gainproof", "float"
 # Sections of an object file that a processor's flash has to hold.
@@ -117,8 +124,8 @@ def measured_table(on_progress: Callable[[str], None]) -> str:
 def table_text(costs: dict[str, dict[str, ProcessorCost]]) -> str:
     """Return a table as JSON with a line for each pair."""
     first = vars(next(iter(next(iter(costs.values())).values())))
-    head: PlainTable = {"meaning": MEANING, **{key: first[key] for key in SHARED}}
-    head |= {"airframe": AIRFRAME, "control_period_s": CONTROL_PERIOD, "columns": list(COUNTED)}
+    head: PlainTable = {"meaning": MEANING, **{key: first[key] for key in SHARED_KEYS}}
+    head |= {"airframe": AIRFRAME, "control_period_s": CONTROL_PERIOD, "columns": list(COUNTED_KEYS)}
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     blocks = [
         f"    {json.dumps(position)}: {{\n" + ",\n".join(_line(name, cost) for name, cost in rows.items()) + "\n    }"
@@ -129,7 +136,7 @@ def table_text(costs: dict[str, dict[str, ProcessorCost]]) -> str:
 
 def _line(name: str, cost: ProcessorCost) -> str:
     values = vars(cost)
-    return f"      {json.dumps(name)}: {json.dumps([values[key] for key in COUNTED])}"
+    return f"      {json.dumps(name)}: {json.dumps([values[key] for key in COUNTED_KEYS])}"
 
 
 def write_table(path: Path, on_progress: Callable[[str], None]) -> None:
@@ -186,7 +193,7 @@ def main() -> int:
         prog="python -m tuner.extensions.processor_cost.measure", description="Count every pair of laws again."
     )
     parser.add_argument(
-        "--write", type=Path, required=True, help="the file to write, tuner/study/processor_cost/cortex_m4f.json"
+        "--write", type=Path, required=True, help="the file to write, tuner/extensions/processor_cost/cortex_m4f.json"
     )
     try:
         write_table(parser.parse_args().write, lambda line: print(line, flush=True))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
-from tuner.study.processor_cost.cost import CONTROL_PERIOD
+from tuner.extensions.processor_cost.cost import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     from tuner.extensions.processor_cost.api import Cost, CostRow

@@ -1,8 +1,8 @@
 """PX4: a parameter file of QGroundControl as a PID controller of ours, on an airframe that the file does not describe."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.cascade import ATTITUDE_AXES
@@ -31,7 +31,7 @@ from tuner.text.sentences import SAME
 MIN_WEIGHT = 1e-4
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
+def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     given = read_params(file)
     cascade = cascade_for(PX4, settings)

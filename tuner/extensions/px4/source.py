@@ -1,8 +1,8 @@
 """Parameter files of PX4 as a source."""
 
 import re
-from pathlib import Path
 
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import LOOPS
 from tuner.extensions.autopilots.parameters import stated
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, Source, fixed_options, major_minor
@@ -10,7 +10,7 @@ from tuner.extensions.px4.map import PX4
 from tuner.extensions.px4.text import WHAT, read_params
 
 
-def _options(file: Path) -> dict[str, str]:
+def _options(file: ReadableFile) -> dict[str, str]:
     """Return the options of a PX4 file with its loop rate."""
     rate = read_params(file).get("IMU_GYRO_RATEMAX", 0.0)
     options = fixed_options("px4", LOOPS.name, PERIOD, EVERY)(file)

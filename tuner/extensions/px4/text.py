@@ -6,9 +6,9 @@ refuses the file where the vehicle differs.
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import ReadableFile
 from tuner.extensions.autopilots import parameters
 from tuner.extensions.autopilots.frames import check_px4_frame
 
@@ -35,7 +35,7 @@ def write_params(values: Mapping[str, float], vehicle: int, comments: Sequence[s
     return parameters.as_bytes([*head, *rows])
 
 
-def read_params(file: Path) -> dict[str, float]:
+def read_params(file: ReadableFile) -> dict[str, float]:
     """Return the parameters of the first vehicle of a file; raises InputError naming file and parameter."""
     parameters.check_stack(file, WHAT, "PX4")
     values: dict[str, float] = {}

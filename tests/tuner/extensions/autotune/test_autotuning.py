@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ import pytest
 import tuner
 from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
+from tests.opened_files import opened_files
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
 from tests.tuner.experiments.again.killing import compare, result_of
 from tests.tuner.extensions.autotune.standin_stages import (
@@ -33,6 +35,7 @@ from tuner.documents.assessment import REFUSED
 from tuner.extensions.autotune import stages as stages
 from tuner.extensions.autotune import study as study_of
 from tuner.extensions.autotune.study import STUDIES, autotune_study
+from tuner.extensions.identification import api as identifying
 from tuner.extensions.judge.assessing import FIRST_FLIGHT
 from tuner.extensions.judge.vehicle_files import read_parameter_file
 from tuner.extensions.logs.flight_log import FlightLog
@@ -317,6 +320,24 @@ def test_gains_that_the_opinion_refuses_leave_no_export_and_plan_no_flight(verdi
         assert not Path("out/export").exists() and not Path("out/first_flights").exists()
     # Whoever gives the command again has the export made again; the opinion of today decides.
     assert tuned().passed and Path("out/export/parameters").exists() and Path("out/first_flights").exists()
+
+
+@pytest.mark.parametrize("given", ["log.csv", "log.csv@0:5"])
+def test_each_log_is_read_once(given, flown, monkeypatch):
+    """Check and fit get the logs whose digests are on record."""
+    fitted = []
+
+    def end(logs, *_, **__):
+        fitted.extend(logs)
+        raise InputError("the fit was reached")
+
+    monkeypatch.setattr(identifying, "identify_vehicle", end)
+    paths = opened_files(monkeypatch)
+    with pytest.raises(InputError, match="the fit was reached"):
+        tuned(logs=[given])
+    assert paths.count(flown / "log.csv") == 1
+    (log,) = fitted
+    assert log.digest == sha256(Path("log.csv").read_bytes()).hexdigest() and log.name == "log.csv"
 
 
 def test_an_unknown_stage_is_refused_before_a_folder_is_made(place, calls):

@@ -17,9 +17,9 @@ from tests.tuner.in_process import tuner
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.quadrotor import c_sources, constants_of, nominal_of
 from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.cost import ProcessorCost, read_table, tabled
 from tuner.extensions.processor_cost.inputs import attitude_row, step_row, typical_inputs
 from tuner.extensions.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
-from tuner.study.processor_cost.cost import ProcessorCost, read_table, tabled
 
 # Another compiler may spend this share of instructions more or less.
 OTHER_COMPILER = 0.1

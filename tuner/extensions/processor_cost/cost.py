@@ -9,7 +9,9 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import TypedDict
+from typing import Any
+
+from tuner.study.step_costs import StepCosts
 
 TARGET = "Cortex-M4F"
 MEANING = (
@@ -57,8 +59,8 @@ class ProcessorCost:
 CONTROL_PERIOD = 0.004
 FILE = "cortex_m4f.json"
 # What is the same for all pairs of a table, and what is counted for each.
-SHARED = ("target", "compiler", "emulator", "flags")
-COUNTED = (
+SHARED_KEYS = ("target", "compiler", "emulator", "flags")
+COUNTED_KEYS = (
     "instructions_attitude",
     "most_attitude",
     "instructions_step",
@@ -76,13 +78,13 @@ def tabled(position: str, attitude: str) -> ProcessorCost | None:
 
 @cache
 def _packaged() -> dict[tuple[str, str], ProcessorCost]:
-    return read_table(files("tuner.study.processor_cost").joinpath(FILE).read_text(encoding="utf-8"))
+    return read_table(files("tuner.extensions.processor_cost").joinpath(FILE).read_text(encoding="utf-8"))
 
 
 def read_table(text: str) -> dict[tuple[str, str], ProcessorCost]:
     """Return the costs of a table by position law and attitude law."""
     content = json.loads(text)
-    shared = {key: content[key] for key in SHARED}
+    shared = {key: content[key] for key in SHARED_KEYS}
     return {
         (position, attitude): ProcessorCost(**shared, **dict(zip(content["columns"], counts, strict=True)))
         for position, rows in content["costs"].items()
@@ -105,16 +107,7 @@ def cost_text(position: str, attitude: str, control_period: float) -> str | None
     )
 
 
-class CostRow(TypedDict):
-    """A row of the block "cost" of gains.json."""
-
-    target: str
-    tool: str
-    instructions: dict[str, float | str]
-    bytes: dict[str, float | str]
-
-
-def gains_rows(cost: ProcessorCost | None) -> list[CostRow]:
+def gains_rows(cost: ProcessorCost | None) -> list[dict[str, Any]]:
     """Return the block "cost" of gains.json: instructions of a control step, bytes of code and constants."""
     if cost is None:
         return []
@@ -126,3 +119,14 @@ def gains_rows(cost: ProcessorCost | None) -> list[CostRow]:
             "bytes": {"value": cost.text_bytes, "unit": "By"},
         }
     ]
+
+
+def count_fields(position: str, attitude: str, control_period: float) -> dict[str, Any] | None:
+    """Return the fields of a `ProcessorCount`, None for laws without a count."""
+    cost = tabled(position, attitude)
+    if cost is None:
+        return None
+    return {**vars(cost), "instructions_per_second": cost.per_second(control_period), "meaning": MEANING}
+
+
+COSTS = StepCosts(lambda position, attitude: gains_rows(tabled(position, attitude)), cost_text, count_fields)

@@ -15,7 +15,9 @@ import numpy as np
 from objectives.requirements import Array, Requirement, Screen
 from objectives.system import System
 from plant.errors import InputError, UnknownNameError
-from tuner.study.processor_cost.cost import TARGET, ProcessorCost, tabled
+from plant.quadrotor.scenarios import ScenarioSpec
+from tuner.extensions.processor_cost.cost import TARGET, ProcessorCost, tabled
+from tuner.study.requirement_kinds import RequirementKind
 from tuner.study.schema import CostTable
 
 
@@ -37,7 +39,7 @@ QUANTITIES: dict[str, CostQuantity] = {
 }
 
 
-def cost_screen(table: CostTable, system: System) -> Screen:
+def cost_screen(table: CostTable, system: System, _scenarios: tuple[ScenarioSpec, ...], _root: int) -> Screen:
     """Return the requirement of a [[cost]] table; raises InputError with the key inside the table."""
     if table.quantity not in QUANTITIES:
         raise UnknownNameError("cost", table.quantity, QUANTITIES, key="quantity")
@@ -68,7 +70,10 @@ def _tabled_cost(system: System) -> ProcessorCost:
     if cost is None:
         message = (
             f"the cost of {attitude} with {position} is not in the packaged table; count it once by "
-            "python -m tuner.extensions.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json"
+            "python -m tuner.extensions.processor_cost.measure --write tuner/extensions/processor_cost/cortex_m4f.json"
         )
         raise InputError(message, key="quantity")
     return cost
+
+
+KIND = RequirementKind(cost_screen, {})

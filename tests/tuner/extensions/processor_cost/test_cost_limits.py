@@ -2,6 +2,7 @@
 
 import json
 import re
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -10,12 +11,14 @@ import pytest
 from plant.errors import InputError
 from tests.tuner.extensions.contests.experiments.contest_text import CONTEST, changed, write
 from tests.tuner.study.loading import load_contest
+from tuner import extension
 from tuner.experiments.compare.cost import step_cost
 from tuner.experiments.compare.words import cost_words
+from tuner.extensions.processor_cost.cost import cost_text, gains_rows, tabled
+from tuner.extensions.processor_cost.requirement import QUANTITIES
 from tuner.gains.schema import COST
+from tuner.study import step_costs
 from tuner.study.build import load_study
-from tuner.study.processor_cost.cost import cost_text, gains_rows, tabled
-from tuner.study.processor_cost.requirement import QUANTITIES
 
 STUDY = CONTEST[: CONTEST.index("[[contender]]")].replace("# A second", "# A flight of a second")
 HYBRID = tabled("ladrc", "hybrid")
@@ -70,6 +73,21 @@ def test_instructions_a_second_depend_on_the_period(tmp_path):
         [250.0 * HYBRID.instructions_step, 500.0 * HYBRID.instructions_step]
     )
     assert slow.requirements[0].unit == "1/s" and not slow.requirements[0].hard
+
+
+def test_a_limit_needs_the_extension_that_counts_and_what_it_lacks_stays_empty(tmp_path, monkeypatch):
+    plain = study(tmp_path, "")
+    row = plain.default_row
+    document: Any = plain.gains_document(row, {})
+    assert [entry["target"] for entry in document["cost"]] == ["Cortex-M4F"]
+    monkeypatch.setattr(extension, "extensions", dict)
+    with pytest.raises(
+        InputError, match="comes with the extension processor_cost of gainproof, which is not"
+    ) as caught:
+        study(tmp_path, limit("text", 1e5))
+    assert caught.value.key == "cost[0]"
+    assert "cost" not in plain.gains_document(row, {})
+    assert step_cost(plain.system).processor is None and step_costs.cost_text("ladrc", "hybrid", 0.004) == ""
 
 
 def test_a_study_without_a_limit_on_cost_keeps_its_digest(tmp_path):
