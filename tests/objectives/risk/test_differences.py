@@ -90,7 +90,6 @@ def words_without_difference(risk, spread, losses, flights, repeats):
     return words
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("risk", [Risk("mean"), Risk("cvar", 0.8)], ids=str)
 @pytest.mark.parametrize(("spread", "losses"), [(0.5, 0.0), (0.5, 0.01)], ids=["skewed", "with rare costly losses"])
 def test_flights_without_a_difference_are_seldom_called_better(risk, spread, losses):

@@ -51,7 +51,6 @@ def steered(twin: Quadrotor, state: Array, k: int) -> Array:
     return twin.steer(state, lean, 1.4 * sin(0.8 * t), 0.7 * sin(1.1 * t))
 
 
-@pytest.mark.slow
 def test_ten_seconds_of_manoeuvre_agree_with_an_independent_integration() -> None:
     # What is left is the error of RK4 at 1 ms: 6.5e-9 m after 10 s, and 3.9e-10 m (16 times less) at 0.5 ms. A wrong
     # sign or a lost term shows as centimetres to metres.

@@ -121,8 +121,7 @@ def test_where_the_air_alone_makes_the_difference_the_value_is_that_of_all_fligh
     assert np.abs(scores[stopped][..., :EARLY].mean(axis=-1) - truth[stopped]).min(axis=0).max() > 1e-3
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("own", [0.2, 2.0])
+@pytest.mark.parametrize("own", [0.2, pytest.param(2.0, marks=pytest.mark.slow)])
 def test_intervals_of_those_that_stopped_hold_the_truth_as_often_as_they_say(own):
     """300 sets of flights of two rows, of which the second stopped: with its own noise below and above that of the air."""
     hits, wider, repeats = 0, 0, 300
