@@ -19,10 +19,10 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, stage_share, step_section, step_stage
 from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors, linearized_slope
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.autopilots.law_parts import gain_rows, limited, shrinking_only
+from tuner.extensions.autopilots.scales import accelerations, ardupilot_factors, linearized_slope
 
 SOURCE = "ArduPilot Copter 4.6, libraries/AC_PID/AC_PID.cpp and parameter metadata"
 

@@ -6,11 +6,11 @@ Facts of ArduPilot's master of July 2025 (Copter 4.7-dev): libraries/AC_Attitude
 import re
 from pathlib import Path
 
-from plant.quadrotor.airframes.scales import is_plus
 from tuner.extensions.autopilots.firmware import Bench, Firmware, period_check
 from tuner.extensions.autopilots.firmware_parameters import parameters_in
 from tuner.extensions.autopilots.libraries.board import installer
 from tuner.extensions.autopilots.libraries.building import ControlLibraries
+from tuner.extensions.autopilots.scales import is_plus
 
 LIBRARIES = ControlLibraries(
     name="ardupilot",

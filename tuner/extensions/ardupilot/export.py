@@ -11,7 +11,6 @@ from dataclasses import replace
 from plant.errors import InputError
 from plant.input_files import ReadableFile
 from plant.quadrotor.airframes.actuation import Actuation, actuation
-from plant.quadrotor.airframes.scales import Motors, is_plus, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, VehicleParameters, vehicle_parameters
 from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
@@ -22,6 +21,7 @@ from tuner.extensions.ardupilot.text import OLDER, SEPARATORS, modernized, read_
 from tuner.extensions.autopilots.assembly import CURVE, curve
 from tuner.extensions.autopilots.parameters import Values
 from tuner.extensions.autopilots.pid import rate_filters, rate_sources, setpoint_weights
+from tuner.extensions.autopilots.scales import Motors, is_plus, motors_text
 from tuner.gains import Controller
 
 FILE = ranges.DIALECTS["4.6"].file

@@ -19,13 +19,6 @@ import numpy as np
 
 from plant.errors import InputError
 from plant.laws.pid import Gains
-from plant.quadrotor.airframes.scales import (
-    ardupilot_factors,
-    command_slope,
-    hover_share,
-    linearizing_model,
-    torque_scale,
-)
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.target import number
 from tuner.extensions.ardupilot.ranges import (
@@ -42,6 +35,13 @@ from tuner.extensions.ardupilot.text import write_param
 from tuner.extensions.autopilots.cascade import Autopilot
 from tuner.extensions.autopilots.parameters import Values, range_violation
 from tuner.extensions.autopilots.pid import SAME, axis_gains, held_tilt, same_feedback
+from tuner.extensions.autopilots.scales import (
+    ardupilot_factors,
+    command_slope,
+    hover_share,
+    linearizing_model,
+    torque_scale,
+)
 from tuner.gains import Controller
 
 GRAVITY = 9.80665

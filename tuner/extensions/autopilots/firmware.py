@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.laws.channel import Measured, Setpoint
 from plant.quadrotor.airframes.actuation import Actuation
+from tuner.extensions.autopilots.instants import Instant
 
 Commands = tuple[float, float, float, float]
 """Motor commands (0 to 1) in our order of the rotors."""

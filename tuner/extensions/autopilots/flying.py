@@ -9,13 +9,13 @@ import numpy as np
 from objectives.flown_system import FlightBatch
 from objectives.system import System
 from plant.backends.flyer import FlightInputs
-from plant.backends.instants import Stepper
 from plant.backends.lane_layout import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation, actuation
-from plant.quadrotor.piloted import angle, close_piloted, pilot_of
 from tuner.extensions.autopilots.firmware import Board, Commands, Firmware
+from tuner.extensions.autopilots.instants import Stepper
+from tuner.extensions.autopilots.piloted import angle, close_piloted, pilot_of
 
 OnFlight = Callable[[int], None]
 # Motor commands beyond their range by this much are rounding.

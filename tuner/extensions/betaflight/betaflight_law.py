@@ -35,10 +35,10 @@ from plant.laws.filters import (
 from plant.laws.law import Blocks, Law, Span
 from plant.primitives import absolute, maximum, minimum, select
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.autopilots.law_parts import bounded, gain_rows, limited
+from tuner.extensions.autopilots.scales import accelerations, betaflight_factors, command_slope, hover_share
 
 SOURCE = "Betaflight 2025.12, src/main/flight/pid.c and src/main/cli/settings.c"
 DEGREES = 57.29577951308232

@@ -15,9 +15,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.own_code import refuse_program
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.process import BINARY
 
 # Longest wait for an answer [s].

@@ -10,13 +10,13 @@ from math import degrees
 
 from plant.errors import InputError, shortened
 from plant.quadrotor.airframes.actuation import Actuation, actuation
-from plant.quadrotor.airframes.scales import Motors, command_slope, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.extensions.autopilots import pid
 from tuner.extensions.autopilots.assembly import CURVE, curve
 from tuner.extensions.autopilots.parameters import ParameterInfo, defaults, option_changes, parameters
+from tuner.extensions.autopilots.scales import Motors, command_slope, motors_text
 from tuner.extensions.betaflight import native_loops
 from tuner.extensions.betaflight.import_ import IMPORTER
 from tuner.extensions.betaflight.map import (

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.actuation import Actuation
-from plant.quadrotor.airframes.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.autopilots.parameters import ParameterInfo, parameter_table
 from tuner.extensions.autopilots.pid import RateLoop, axis_gains, parallel, rate_loop
+from tuner.extensions.autopilots.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from tuner.gains import Controller
 
 OFF = "nothing: it is switched off"

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from plant.backends.instants import Instant
 from plant.errors import shortened
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.process import FirmwareProcess
 from tuner.extensions.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
 

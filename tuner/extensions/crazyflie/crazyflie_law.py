@@ -19,10 +19,10 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, step_section
 from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, crazyflie_factors
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.autopilots.law_parts import bounded, gain_rows, limited
+from tuner.extensions.autopilots.scales import accelerations, crazyflie_factors
 
 SOURCE = "bitcraze/crazyflie-firmware, src/utils/src/pid.c and platform_defaults_cf2.h"
 DEGREES = 57.29577951308232

@@ -13,13 +13,13 @@ from math import degrees, radians
 
 from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import motors_text
 from tuner.exchange.aboard import VehicleParameters, describe_unmanaged, rollback_request, vehicle_parameters
 from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter_comment
 from tuner.extensions.autopilots import pid
 from tuner.extensions.autopilots.parameters import NOTHING, Values, defaults, single
+from tuner.extensions.autopilots.scales import motors_text
 from tuner.extensions.crazyflie import text as param_file
 from tuner.extensions.crazyflie.import_ import FULL_THRUST, IMPORTER, full_thrust
 from tuner.extensions.crazyflie.map import (

@@ -24,7 +24,6 @@ import numpy as np
 from plant.errors import InputError
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.actuation import Actuation, actuation
-from plant.quadrotor.airframes.scales import Motors, TorqueScale, torque_scale
 from plant.quadrotor.cascade import MIN_LIFT
 from tuner.exchange.target import HeldParameter
 from tuner.extensions.autopilots.cascade import CascadeNames
@@ -39,6 +38,7 @@ from tuner.extensions.autopilots.parameters import (
 )
 from tuner.extensions.autopilots.parameters import parameters as held_against_table
 from tuner.extensions.autopilots.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
+from tuner.extensions.autopilots.scales import Motors, TorqueScale, torque_scale
 from tuner.gains import Controller
 
 INT16, UINT16 = 32767.0, 65535.0

@@ -8,11 +8,11 @@ import re
 from pathlib import Path
 
 from plant.quadrotor.airframes.actuation import Actuation
-from plant.quadrotor.airframes.scales import PX4_CT
 from tuner.extensions.autopilots.firmware import Bench, Firmware, period_check
 from tuner.extensions.autopilots.firmware_parameters import parameters_in
 from tuner.extensions.autopilots.libraries.board import installer
 from tuner.extensions.autopilots.libraries.building import ControlLibraries
+from tuner.extensions.autopilots.scales import PX4_CT
 
 LIBRARIES = ControlLibraries(
     name="px4",

@@ -1,19 +1,19 @@
 """PX4: our PID as a parameter file of QGroundControl.
 
 Angle loop P around rate loop PI, position loop P around velocity loop PI: the form that `autopilot.pid` gives our PID, with the
-same feedback. Rate gains are normalized by PX4's control allocation from the airframe's rotors (`airframes.scales`). For an
+same feedback. Rate gains are normalized by PX4's control allocation from the airframe's rotors (`autopilots.scales`). For an
 unknown vehicle every parameter of these loops is written. PX4 1.16: src/lib/rate_control/rate_control.cpp,
 mc_att_control/AttitudeControl, mc_pos_control/PositionControl.
 """
 
 from plant.quadrotor.airframes.actuation import Actuation, actuation
-from plant.quadrotor.airframes.scales import Motors, command_slope, motors, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, vehicle_parameters
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.extensions.autopilots.assembly import CURVE, curve
 from tuner.extensions.autopilots.parameters import Values
 from tuner.extensions.autopilots.pid import rate_filters, rate_sources, setpoint_weights
+from tuner.extensions.autopilots.scales import Motors, command_slope, motors, motors_text
 from tuner.extensions.px4.import_ import IMPORTER
 from tuner.extensions.px4.map import INTEGRAL_LIMITS, LOOP_RATE, MODEL, PX4, THRUST_MODEL, USUAL_RATE, YAW_FILTER, Px4
 from tuner.extensions.px4.text import read_params

@@ -18,13 +18,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, radians
 
-from plant.quadrotor.airframes.scales import command_slope, hover_share, linearizing_model, px4_factors, torque_scale
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.target import whole_number
 from tuner.extensions.autopilots.cascade import Autopilot, CascadeNames, ParameterSet
 from tuner.extensions.autopilots.native_loops import NativeLaw
 from tuner.extensions.autopilots.parameters import ParameterInfo, Values, parameter_table, unbounded
 from tuner.extensions.autopilots.pid import SAME, held_tilt
+from tuner.extensions.autopilots.scales import command_slope, hover_share, linearizing_model, px4_factors, torque_scale
 from tuner.extensions.px4.text import VERSION, write_params
 
 TORQUE = "normalised torque"

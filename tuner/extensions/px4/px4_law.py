@@ -34,10 +34,10 @@ from plant.laws.filters import (
 from plant.laws.law import Blocks, Law, Span
 from plant.primitives import maximum
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, linearized_slope, px4_factors
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.autopilots.law_parts import gain_rows, limited, outward_stopped
+from tuner.extensions.autopilots.scales import accelerations, linearized_slope, px4_factors
 
 SOURCE = "PX4 1.16, src/lib/rate_control/rate_control.cpp and parameter metadata"
 # Error of the rate at which nothing is integrated any more: 400 deg/s.

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from plant.backends.instants import Instant
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.rigid_body import rotor_torque
 from plant.records import pack
 from plant.vectors import Rotors
 from tuner.extensions.autopilots.flying import thrusts_of
+from tuner.extensions.autopilots.instants import Instant
 
 AXES = ("roll", "pitch", "yaw")
 COUNT, THROTTLE = 600, 0.5

@@ -7,13 +7,13 @@ import json
 import struct
 import sys
 
-from plant.backends.instants import Instant
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.records import pack
 from tests.plant.attitude_outside import AttitudeOutside
+from tuner.extensions.autopilots.instants import Instant
 
 IN, OUT = struct.Struct("<10d"), struct.Struct("<4d")
 

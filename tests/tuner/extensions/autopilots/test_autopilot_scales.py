@@ -12,15 +12,6 @@ from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import RotorMount, actuation
-from plant.quadrotor.airframes.scales import (
-    accelerations,
-    ardupilot_factors,
-    betaflight_factors,
-    command_slope,
-    hover_share,
-    px4_factors,
-    torque_scale,
-)
 from plant.quadrotor.nominal import shift_center_of_mass
 from plant.vectors import Rotors
 from tests.tuner.exchange.controllers import controller, pid
@@ -34,6 +25,15 @@ from tests.tuner.exchange.flying_autopilots import (
 )
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.target import Request
+from tuner.extensions.autopilots.scales import (
+    accelerations,
+    ardupilot_factors,
+    betaflight_factors,
+    command_slope,
+    hover_share,
+    px4_factors,
+    torque_scale,
+)
 
 FACTORS = {"px4": px4_factors, "ardupilot": ardupilot_factors, "betaflight": betaflight_factors}
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.actuation import actuation
@@ -21,6 +20,7 @@ from plant.quadrotor.attitude import euler_angles
 from plant.vectors import Quaternion
 from tests.clients import program
 from tuner.extensions.autopilots.firmware import Bench
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.betaflight import board, command_line
 from tuner.extensions.betaflight.bench import install
 from tuner.extensions.betaflight.board import BetaflightBoard, Sticks, attitude, shim_in

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
@@ -28,6 +27,7 @@ from tests.tuner.extensions.crazyflie.test_crazyflie_parameters import request
 from tuner.extensions.autopilots import process
 from tuner.extensions.autopilots.firmware import Bench
 from tuner.extensions.autopilots.flying import thrusts_of
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.crazyflie import board
 from tuner.extensions.crazyflie.bench import CRAZYFLIE, install, interpreter_for, module_in, parameters_of
 from tuner.extensions.crazyflie.board import CrazyflieBoard, frame

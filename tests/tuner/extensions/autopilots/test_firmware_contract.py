@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.backends.lanes import compiled
 from plant.errors import InputError, UnknownNameError
 from plant.law_registry import law
@@ -15,7 +14,6 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.gains import default_row
-from plant.quadrotor.piloted import angle, pilot_of
 from plant.quadrotor.rigid_body import rotor_torque
 from plant.vectors import Rotors
 from tests.clients import program
@@ -28,6 +26,8 @@ from tuner.exchange.target import Request
 from tuner.extensions.ardupilot import bench as ardupilot
 from tuner.extensions.autopilots.firmware import Bench
 from tuner.extensions.autopilots.flying import throttle_for, thrusts_of
+from tuner.extensions.autopilots.instants import Instant
+from tuner.extensions.autopilots.piloted import angle, pilot_of
 from tuner.extensions.autopilots.registry import firmware_of, firmwares
 from tuner.extensions.px4 import bench as px4
 from tuner.study.targets import TARGETS

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
@@ -18,6 +17,7 @@ from tests.tuner.extensions.px4.test_px4 import bundle
 from tests.tuner.extensions.px4.test_px4_own_loops import own
 from tuner.extensions.autopilots import process
 from tuner.extensions.autopilots.firmware import Bench
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.libraries import building
 from tuner.extensions.autopilots.libraries.board import LibraryBoard, frame, tilt_at_goal
 from tuner.extensions.px4.bench import PX4_FIRMWARE, geometry, parameters_of

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
@@ -23,6 +22,7 @@ from tests.tuner.extensions.px4.test_px4_own_loops import own as own_px4
 from tuner.extensions.ardupilot import bench as ardupilot
 from tuner.extensions.autopilots.firmware import Bench, Firmware
 from tuner.extensions.autopilots.flying import throttle_for, thrusts_of
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.libraries.building import ControlLibraries
 from tuner.extensions.px4 import bench as px4
 from tuner.gains import Controller

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.backends.instants import Instant
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.attitude import euler_angles
@@ -20,6 +19,7 @@ from tests.clients import ask, client
 from tests.tuner.extensions.identification.known_flights import GYRO, LIFT, distances
 from tests.tuner.extensions.identification.test_frequency_response import distances_from_chirp_core
 from tuner.extensions.autopilots.firmware import Bench
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.betaflight import board
 from tuner.extensions.betaflight.bench import install
 from tuner.extensions.identification.building import identification_document

@@ -6,9 +6,9 @@ from functools import partial
 from math import atan2, cos, hypot, sin, tan
 from pathlib import Path
 
-from plant.backends.instants import Instant
 from plant.errors import shortened
 from tuner.extensions.autopilots.firmware import Bench, Commands
+from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.process import FirmwareProcess
 
 PowerUp = Callable[[], "LibraryBoard"]

@@ -73,8 +73,9 @@ def pilot_of(law: Law, wish: Callable[[Any, Setpoint, Measured], float]) -> Law:
 def close_piloted(
     cascade: Cascade, pilot: Law, meter: MeterModel, features: VehicleFeatures = BARE
 ) -> ExternalControlLoop:
-    """Close the loop of a cascade with a pilot for its attitude loops; gains keep their columns, features: see
-    `plant.quadrotor.closed_loop.close_loop`.
+    """Close the loop of a cascade with a pilot above its attitude.
+
+    Gains keep their columns. features: as of `plant.quadrotor.closed_loop.close_loop`.
     """
     controller = close_cascade(cascade.position, pilot)
     Memory = record_type(

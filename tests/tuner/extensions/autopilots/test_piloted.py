@@ -8,7 +8,6 @@ import pytest
 
 from objectives import meters
 from plant.air.spec import AirSpec
-from plant.backends.instants import Instant
 from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.law_registry import LAWS
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
@@ -19,11 +18,12 @@ from plant.quadrotor.closed_loop import Limits, close_loop
 from plant.quadrotor.features import VehicleFeatures
 from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions, nominal
-from plant.quadrotor.piloted import angle, close_piloted, pilot_of
 from plant.quadrotor.scenarios import ScenarioSpec, sample_scenarios
 from plant.records import flatten, pack
 from plant.references.hover import Hover
 from tests.plant.attitude_outside import AttitudeOutside
+from tuner.extensions.autopilots.instants import Instant
+from tuner.extensions.autopilots.piloted import angle, close_piloted, pilot_of
 
 TIMING = Timing(0.00025, 0.00025)
 METER = MeterModel(meters.Meters, meters.start, meters.update)

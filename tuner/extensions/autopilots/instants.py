@@ -1,4 +1,4 @@
-"""One compiled flight that waits for rotor thrusts at every control instant (`plant.quadrotor.piloted`)."""
+"""One compiled flight that waits for rotor thrusts at every control instant (`tuner.extensions.autopilots.piloted`)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -145,7 +145,10 @@ class SteppedFlight:
         return first, second, third, fourth
 
     def fly(self, thrusts: tuple[float, float, float, float]) -> None:
-        """Fly one control period with new thrusts [N], in our order of the rotors."""
+        """Fly one control period.
+
+        thrusts: New thrusts [N] in our order of the rotors.
+        """
         self._at += 1
         self._thrusts[:] = thrusts
         self._stepper.run(*self._fixed, self._at, self._thrusts, self._state)

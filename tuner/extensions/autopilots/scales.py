@@ -1,4 +1,4 @@
-"""Torque [N m] for one unit of an autopilot's roll, pitch and yaw output, from the rotors as they are.
+"""Torque [N m] of one unit of an autopilot's outputs, from its rotors.
 
 Each autopilot divides its output among the motors by factors of its own, without knowing arms and thrusts; what a unit of output
 does is therefore a matter of the airframe:  G = diag(B T F)  with B the torque of each rotor for one unit of its thrust [m], T
@@ -44,7 +44,7 @@ def turns(spin: float) -> str:
 
 
 def motors(actuation: Actuation, numbers: Motors) -> list[tuple[int, str, RotorMount]]:
-    """Return number, place and rotor of every motor in the order of the autopilot's numbers."""
+    """Return number, place and rotor of every motor by its number."""
     places = PLACES_PLUS if is_plus(actuation) else PLACES_X
     return sorted(zip(numbers, places, actuation.rotors, strict=True), key=lambda motor: motor[0])
 
@@ -139,14 +139,17 @@ def _used(column: np.ndarray) -> int:
 
 
 def _signs(actuation: Actuation) -> np.ndarray:
-    """Return the signs (4 motors, 3 axes) of each rotor's torques, 0 where a rotor stands on the axis."""
+    """Return the signs (4 motors, 3 axes) of each rotor's torques.
+
+    A rotor on an axis has 0.
+    """
     arms = torque_arms(actuation)[:3]
     size = np.max(np.abs(arms), axis=1, keepdims=True)
     return np.where(np.abs(arms) > ON_AXIS * size, np.sign(arms), 0.0).T
 
 
 def command_slope(actuation: Actuation, model: float) -> float:
-    """Thrust of one rotor for one unit of the autopilot's command, at hover [N].
+    """Thrust [N] of a rotor for one unit of command, at hover.
 
     model: factor F of the curve  command = F u^2 + (1 - F) u  that the autopilot undoes before its motors (THR_MDL_FAC,
     MOT_THST_EXPO). With F the rotor's own factor the thrust is proportional and this is the largest thrust.
