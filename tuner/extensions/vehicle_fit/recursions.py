@@ -85,4 +85,4 @@ def filtered(numerator: ArrayLike, denominator: ArrayLike, series: Array) -> Arr
     for row, given in zip(coefficients, (numerator, denominator), strict=True):
         row[: np.size(given)] = given
     columns = np.ascontiguousarray(series).reshape(len(series), -1)
-    return filter_columns(*coefficients, columns).reshape(series.shape)
+    return filter_columns(coefficients[0], coefficients[1], columns).reshape(series.shape)
