@@ -7,18 +7,19 @@ left to the noise.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.vehicle_fit.parameters import PhysicalParameters
+from tuner.extensions.vehicle_fit.recursions import filtered, lag_windows
 from tuner.extensions.vehicle_fit.samples import LogSegment, model_outputs
 
 Array = NDArray[np.float64]
 
-# Rotors run in over so many of the longest time constants, and at most so long [s]; windows that run side by side last [s].
+# Rotors run in over so many of the longest time constants, and at most so long [s]; windows last [s].
 RUN_IN, LONGEST_RUN_IN, WINDOW = 8.0, 1.0, 0.4
 
 # Decay of the climb over a piece that is worked out at once, in exponents.
@@ -41,40 +42,17 @@ def actuator(numbers: PhysicalParameters) -> Actuator:
 def lagging(samples: LogSegment, actuators: Sequence[Actuator]) -> list[Array]:
     """Return the lagging commands (n, 4) of a stretch for each actuator.
 
-    The stretch is cut into windows that run side by side, each run in from the commands before it.
+    The stretch is cut into windows, each run in from the commands before it.
     """
-    period, command = samples.period, samples.command
+    period = samples.period
     longest = max(max(entry.lag_up, entry.lag_down) for entry in actuators)
     before = int(np.ceil(min(RUN_IN * longest, LONGEST_RUN_IN) / period))
     width = max(int(WINDOW / period), 1)
-    count = -(-len(command) // width)
-    index = np.clip(np.arange(before + width)[:, None] + width * np.arange(count) - before, 0, len(command) - 1)
-    late = np.stack([_delay(command, entry.dead_time / period) for entry in actuators], axis=1)
-    # (time, windows, actuators, rotors)
-    delayed = late.take(index, axis=0)
-    state, out = delayed[0].copy(), np.empty((width, *delayed.shape[1:]))
-    # As large as the state: to stretch them at each step takes half as long again.
-    rise, fall = (
-        -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None] * np.ones(state.shape)
-        for name in ("lag_up", "lag_down")
-    )
-    for k in range(before + width):
-        if k >= before:
-            out[k - before] = state
-        gap = delayed[k] - state
-        gap *= np.where(gap > 0.0, rise, fall)
-        state += gap
-    return [out[:, :, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
-
-
-def _delay(command: Array, periods: float) -> Array:
-    """Return commands delayed by a number of periods: linearly interpolated, held at both ends."""
-    n_periods = int(np.floor(periods))
-    share = periods - n_periods
-    at = np.arange(len(command)) - n_periods
-    late = command[np.clip(at, 0, len(command) - 1)]
-    later = command[np.clip(at - 1, 0, len(command) - 1)]
-    return (1.0 - share) * late + share * later
+    shares = -np.expm1(-period / np.array([(entry.lag_up, entry.lag_down) for entry in actuators]))
+    return [
+        lag_windows(samples.command, entry.dead_time / period, before, width, rise, fall)
+        for entry, (rise, fall) in zip(actuators, shares.tolist(), strict=True)
+    ]
 
 
 def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> tuple[Array, Array]:
@@ -133,17 +111,23 @@ def low_passed(rates: Array, period: float, delay: float) -> Array:
 
     Exact for rates that are straight lines between samples.
     """
-    from scipy.signal import lfilter
-
-    return np.asarray(lfilter(*_ramp_invariant(period, delay), rates, axis=0), np.float64)
+    return filtered(*_ramp_invariant(period, delay), rates)
 
 
 @lru_cache(maxsize=64)
 def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of the low-pass in z."""
-    from scipy.signal import cont2discrete
+    """Return numerator and denominator of the low-pass in z.
+
+    By the exponential of the low-pass with its input and the input's slope. (scipy.signal has it too, but takes 1.2 s to import.)
+    """
+    from scipy.linalg import expm
 
     w = np.sqrt(2.0) / delay
-    # Its types do not know that two polynomials come back as two.
-    discrete: Any = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
-    return np.ravel(discrete[0]), np.ravel(discrete[1])
+    a, b, c = np.array([[-np.sqrt(2.0) * w, -w * w], [1.0, 0.0]]), np.array([1.0, 0.0]), np.array([0.0, w * w])
+    held = np.zeros((4, 4))
+    held[:2, :2], held[:2, 2], held[2, 3] = a * period, b * period, 1.0
+    held = expm(held)
+    late, value, slope = held[:2, :2], held[:2, 2], held[:2, 3]
+    drive, through = value - slope + late @ slope, c @ slope
+    numerator, denominator = (np.asarray(np.poly(part), np.float64) for part in (late - np.outer(drive, c), late))
+    return numerator + (through - 1.0) * denominator, denominator

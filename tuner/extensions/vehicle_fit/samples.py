@@ -1,6 +1,7 @@
 """Flight logs on a uniform grid, and the means for estimation."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ class LogSegment:
     command: Array
     setpoint: Array | None = None
 
-    @property
+    @cached_property
     def measured(self) -> Array:
         """Measured outputs (m, 4): changes of the body rates from mean to mean [rad/s], and means of the lift [m/s2]."""
         return model_outputs(self.gyro, self.lift, self.share)
