@@ -10,7 +10,6 @@ import pytest
 from plant.backends import array
 from plant.backends.flyer import Flyer, Recording, result_parts, to_lanes
 from plant.backends.lane_layout import LANES, layout, result_rows
-from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.quadrotor.closed_loop import Limits
 from plant.quadrotor.rigid_body import Dynamics
@@ -178,14 +177,6 @@ def test_the_lane_loops_are_vector_code():
     packed = len(re.findall(r"v?f?n?m(?:add|sub)\d*pd|v?mulpd|v?addpd|v?subpd", code))
     scalar = len(re.findall(r"v?f?n?m(?:add|sub)\d*sd|v?mulsd|v?addsd|v?subsd", code))
     assert packed > 4 * scalar, (packed, scalar)
-
-
-@pytest.mark.slow
-def test_scalar_kernel_flies_the_same_flights():
-    """The yardstick of `tuner bench`, whose kernel nothing else compiles."""
-    batch = inputs(range(3))
-    one_by_one = scalar_kernel(loop()).fly(gains()[None], NOMINAL, batch, LIMITS, TIMING, 2)
-    np.testing.assert_allclose(one_by_one, flyer().fly(gains()[None], NOMINAL, batch), rtol=1e-9, atol=1e-9)
 
 
 def test_workspace_rows_do_not_overlap():

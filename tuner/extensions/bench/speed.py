@@ -24,7 +24,6 @@ from objectives.requirements import Screen, known_values, worst_value
 from plant.air.air import AirSpec
 from plant.backends.array import rebinder as numpy_rebinder
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.law_registry import law
 from plant.loop import MeterModel, Timing
@@ -39,6 +38,7 @@ from plant.references.steps import Steps
 from plant.seeds import generator
 from plant.threads import available_threads, threads_used, use_threads
 from plant.vectors import Vec3
+from tuner.extensions.bench.scalar import scalar_kernel
 from tuner.gains.ranges import usual_timing
 from tuner.store.environment import simd
 
