@@ -1,6 +1,7 @@
 """A flight log in one form: time, gyro, accelerometer and motor commands, in SI units and body axes FLU."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -47,7 +48,7 @@ class FlightLog:
     notes: tuple[str, ...] = ()
     setpoint: Array | None = None
 
-    @property
+    @cached_property
     def period(self) -> float:
         """Median sampling period [s]."""
         return float(np.median(np.diff(self.time)))

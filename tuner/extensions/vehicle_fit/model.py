@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.vehicle_fit.parameters import PhysicalParameters
-from tuner.extensions.vehicle_fit.recursions import filtered, lag_windows
+from tuner.extensions.vehicle_fit.recursions import TurnedBody, filtered, lag_windows, turn_body
 from tuner.extensions.vehicle_fit.samples import LogSegment, model_outputs
 
 Array = NDArray[np.float64]
@@ -57,26 +57,22 @@ def lagging(samples: LogSegment, actuators: Sequence[Actuator]) -> list[Array]:
 
 def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> tuple[Array, Array]:
     """Return angular acceleration (n, 3) [rad/s2] and lift (n,) [m/s2] of a segment."""
-    curve, inertia = numbers.curve, numbers.inertia
-    left = (1.0 - numbers.sag[samples.log] * samples.age)[:, None]
-    thrust = (curve[0] + lagged * (curve[1] + lagged * curve[2])) * left
-    speed = lagged * np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
-    x = numbers.arm * np.array(vehicle.rotor_x) - numbers.center[0]
-    y = numbers.arm * np.array(vehicle.rotor_y) - numbers.center[1]
-    spin, heavy = np.array(vehicle.spin), numbers.rotor * vehicle.rotor_inertia
-    p, q, r = samples.gyro.T
-    momentum = -heavy * (speed @ spin)
-    spun = heavy * (np.gradient(speed, samples.period, axis=0) @ spin)
-    damping = numbers.rate_damping
-    roll = thrust @ y - q * momentum - (inertia.z - inertia.y) * q * r - damping * p
-    pitch = -(thrust @ x) + p * momentum - (inertia.x - inertia.z) * r * p - damping * q
-    yaw = (
-        numbers.torque_ratio * (thrust @ spin) + spun - (inertia.y - inertia.x) * p * q + numbers.yaw_bias[samples.log]
+    body = TurnedBody(
+        numbers.curve,
+        float(np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)),
+        numbers.arm * np.array(vehicle.rotor_x) - numbers.center[0],
+        numbers.arm * np.array(vehicle.rotor_y) - numbers.center[1],
+        np.array(vehicle.spin),
+        numbers.torque_ratio,
+        numbers.rotor * vehicle.rotor_inertia,
+        np.array(numbers.inertia),
+        numbers.rate_damping,
+        float(numbers.yaw_bias[samples.log]),
     )
-    turned = np.column_stack([roll / inertia.x, pitch / inertia.y, yaw / inertia.z])
-    # By columns: a sum along so short an axis takes eight times as long.
-    lift = (thrust[:, 0] + thrust[:, 1] + thrust[:, 2] + thrust[:, 3]) / numbers.mass
-    return turned, climbing(lift, samples.period, numbers.climb_drag / numbers.mass) + numbers.lift_bias[samples.log]
+    left = 1.0 - numbers.sag[samples.log] * samples.age
+    turned, thrust = turn_body(body, lagged, samples.gyro, left, samples.period)
+    lift = climbing(thrust / numbers.mass, samples.period, numbers.climb_drag / numbers.mass)
+    return turned, lift + numbers.lift_bias[samples.log]
 
 
 def climbing(lift: Array, period: float, rate: float) -> Array:
