@@ -26,11 +26,12 @@ def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_l
     rooms = {tuple(name.split("/")[1:3]) for name in named_in("tuner")}
     # The law that a study has where it names none, and the pair that `tuner bench` flies.
     # Targets of extensions have names of laws; extension.py lists them.
-    assert {room[0] for room in rooms} <= {"study", "cli", "api", "engines", "extensions", "extension.py"}
+    assert {room[0] for room in rooms} <= {"study", "cli", "api", "extensions", "extension.py"}
     assert {room[1] for room in rooms if room[0] == "extensions"} <= {
         "ardupilot",
         "autopilots",
         "autotune",
+        "bench",
         "betaflight",
         # A certificate of the super-twisting algorithm is called after it, as the law is.
         "certificates",
