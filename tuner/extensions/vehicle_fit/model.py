@@ -7,14 +7,14 @@ left to the noise.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.vehicle_fit.parameters import PhysicalParameters
-from tuner.extensions.vehicle_fit.recursions import TurnedBody, filtered, lag_windows, turn_body
+from tuner.extensions.vehicle_fit.recursions import TurnedBody, lag_windows, turn_body
 from tuner.extensions.vehicle_fit.samples import LogSegment, model_outputs
 
 Array = NDArray[np.float64]
@@ -107,23 +107,17 @@ def low_passed(rates: Array, period: float, delay: float) -> Array:
 
     Exact for rates that are straight lines between samples.
     """
-    return filtered(*_ramp_invariant(period, delay), rates)
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter(*_ramp_invariant(period, delay), rates, axis=0), np.float64)
 
 
 @lru_cache(maxsize=64)
 def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of the low-pass in z.
-
-    By the exponential of the low-pass with its input and the input's slope. (scipy.signal has it too, but takes 1.2 s to import.)
-    """
-    from scipy.linalg import expm
+    """Return numerator and denominator of the low-pass in z."""
+    from scipy.signal import cont2discrete
 
     w = np.sqrt(2.0) / delay
-    a, b, c = np.array([[-np.sqrt(2.0) * w, -w * w], [1.0, 0.0]]), np.array([1.0, 0.0]), np.array([0.0, w * w])
-    held = np.zeros((4, 4))
-    held[:2, :2], held[:2, 2], held[2, 3] = a * period, b * period, 1.0
-    held = expm(held)
-    late, value, slope = held[:2, :2], held[:2, 2], held[:2, 3]
-    drive, through = value - slope + late @ slope, c @ slope
-    numerator, denominator = (np.asarray(np.poly(part), np.float64) for part in (late - np.outer(drive, c), late))
-    return numerator + (through - 1.0) * denominator, denominator
+    # Its types do not know that two polynomials come back as two.
+    discrete: Any = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
+    return np.ravel(discrete[0]), np.ravel(discrete[1])

@@ -1,4 +1,4 @@
-"""Compiled loops over the samples of a log: rotors that lag, the body that they turn, and filters.
+"""Compiled loops over the samples of a log: rotors that lag, and the body that they turn.
 
 Without `fastmath`: every operation rounds by itself, in the order of the source.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from plant.backends.cache import keep_file
 from plant.backends.compiling import inliner, kernel
@@ -114,43 +114,5 @@ def turn_body(body: TurnedBody, lagged: Array, rates: Array, left: Array, period
     return turned, lift
 
 
-def filter_columns(numerator: Array, denominator: Array, columns: Array) -> Array:
-    """Return columns (n, c) behind a filter of second order, from rest.
-
-    Args:
-        numerator: Coefficients (3,) in powers of the delay.
-        denominator: Coefficients (3,), the first of them 1.
-        columns: Series (n, c).
-    """
-    b0, b1, b2 = numerator
-    _, a1, a2 = denominator
-    n, count = columns.shape
-    filtered, first, second = np.empty((n, count)), np.zeros(count), np.zeros(count)
-    for k in range(n):
-        for i in range(count):
-            x = columns[k, i]
-            y = first[i] + b0 * x
-            first[i] = second[i] + x * b1 - y * a1
-            second[i] = x * b2 - y * a2
-            filtered[k, i] = y
-    return filtered
-
-
 lag_windows = keep_file(kernel({})(lag_windows), Path(__file__))
 turn_body = keep_file(kernel({"error_model": "numpy"})(turn_body), Path(__file__))
-filter_columns = keep_file(kernel({})(filter_columns), Path(__file__))
-
-
-def filtered(numerator: ArrayLike, denominator: ArrayLike, series: Array) -> Array:
-    """Return a series (n, ...) behind a filter along its first axis, from rest.
-
-    Args:
-        numerator: Coefficients (3,) in powers of the delay; fewer where the others are 0.
-        denominator: Coefficients (3,), the first of them 1; fewer where the others are 0.
-        series: Series (n, ...).
-    """
-    coefficients = np.zeros((2, 3))
-    for row, given in zip(coefficients, (numerator, denominator), strict=True):
-        row[: np.size(given)] = given
-    columns = np.ascontiguousarray(series).reshape(len(series), -1)
-    return filter_columns(coefficients[0], coefficients[1], columns).reshape(series.shape)

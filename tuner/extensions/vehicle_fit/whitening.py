@@ -8,8 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tuner.extensions.vehicle_fit.recursions import filtered
-
 Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 8, 16, 32)
@@ -47,15 +45,18 @@ def autoregression(series: Sequence[Array], weights: Sequence[Array]) -> tuple[A
 
 def whitened(series: Array, a: Array) -> Array:
     """Return x_t - sum a_i x_(t-i) along the first axis; zeros for the first samples, which lack a past."""
-    taps, columns = np.concatenate([[1.0], -a]), series.reshape(len(series), -1)
-    white = np.array([np.convolve(taps, column)[: len(series)] for column in columns.T]).T.reshape(series.shape)
+    from scipy.signal import lfilter
+
+    white = np.asarray(lfilter(np.concatenate([[1.0], -a]), [1.0], series, axis=0), np.float64)
     white[: ORDERS[-1]] = 0.0
     return white
 
 
 def leaky_sum(series: Array) -> Array:
     """Return s_t = `DECAY` s_(t-1) + x_t along the first axis."""
-    return filtered([1.0], [1.0, -DECAY], series)
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter([1.0], [1.0, -DECAY], series, axis=0), np.float64)
 
 
 def _lags(series: Array, order: int) -> Array:
