@@ -4,6 +4,7 @@ import re
 
 from plant.input_files import ReadableFile
 from tuner.exchange.target import FIRMWARE
+from tuner.extensions.ardupilot.facts import ardupilot_facts
 from tuner.extensions.ardupilot.ranges import DIALECTS
 from tuner.extensions.ardupilot.text import WHAT, read_param
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
@@ -35,4 +36,5 @@ SOURCE = Source(
     scaling=frozenset(name for dialect in DIALECTS.values() for name in dialect.scaling),
     # Its lines fit parameters of PX4 too.
     rank=3,
+    facts=ardupilot_facts,
 )

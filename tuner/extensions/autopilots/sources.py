@@ -11,6 +11,7 @@ from plant.input_files import ReadableFile, given_text
 from tuner.extension import objects
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
 from tuner.extensions.autopilots.parameters import single
+from tuner.extensions.autopilots.vehicle_facts import VehicleFact
 from tuner.study.targets import TARGETS
 
 GAINS = "gains"
@@ -42,6 +43,7 @@ class Source:
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
         profile: Return the number of the profile that a file of a command line selects.
+        facts: Return the facts on the vehicle among the parameters of a file.
         rank: Place among the sources: a lower one looks at a file first.
     """
 
@@ -59,6 +61,7 @@ class Source:
     left_out: frozenset[str] = frozenset()
     scaling: frozenset[str] = frozenset()
     profile: Callable[[ReadableFile], int] = lambda _: 0
+    facts: Callable[[Values], Sequence[VehicleFact]] = lambda _: ()
     rank: int = 0
 
     def name_in(self, line: str) -> str | None:

@@ -6,6 +6,7 @@ from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import LOOPS
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, PROFILE, Source, Values, fixed_options
 from tuner.extensions.betaflight import text
+from tuner.extensions.betaflight.facts import betaflight_facts
 from tuner.extensions.betaflight.import_ import USUAL, renamed
 from tuner.extensions.betaflight.map import RELEASES
 from tuner.extensions.betaflight.native_loops import FOLLOWING, SILENT
@@ -45,4 +46,5 @@ SOURCE = Source(
     left_out=frozenset(SILENT) - set(FOLLOWING.values()),
     profile=_profile,
     rank=1,
+    facts=betaflight_facts,
 )

@@ -3,6 +3,7 @@
 import re
 
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, Source, fixed_options
+from tuner.extensions.crazyflie.facts import crazyflie_facts
 from tuner.extensions.crazyflie.text import read
 
 SOURCE = Source(
@@ -12,4 +13,5 @@ SOURCE = Source(
     lambda _: None,
     fixed_options("crazyflie", PERIOD, EVERY),
     re.compile(r"pid_rate\.(roll|pitch|yaw)_k[pid]"),
+    facts=crazyflie_facts,
 )

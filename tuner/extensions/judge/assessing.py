@@ -31,6 +31,7 @@ from tuner.extensions.autopilots.sources import GAINS
 from tuner.extensions.judge.firmware_rules import LoopSet, firmware_rules
 from tuner.extensions.judge.opinion import Evidence, form_opinion, opinion_sentence
 from tuner.extensions.judge.paired_scores import FAILURE, PairedScores
+from tuner.extensions.judge.spread_losses import spread_reason
 from tuner.extensions.judge.vehicle_files import GainsFile, Subjects
 from tuner.extensions.judge.verdict_basis import configuration_notes
 from tuner.gains import Controller
@@ -91,8 +92,15 @@ def assess(
         loops = [read_loops(one) for one in (after, before) if one is not None]
     setups = flight_setups(subjects, flights, seed)
     paired = PairedScores(setups[0].metrics, fly(setups, threads, stages, watcher), seed)
+    with stages.measure("spread"):
+        spread = spread_reason(
+            setups[0],
+            after.gains.controller.airframe.vehicle,
+            paired.scores[0, 0] > 0.0,
+            lambda setup: fly([setup], threads, Stages(), watcher)[0, 0] > 0.0,
+        )
     with stages.measure("verdict"):
-        evidence = gather_evidence(subjects, loops, paired)
+        evidence = replace(gather_evidence(subjects, loops, paired), spread=spread)
         verdict, reasons = form_opinion(evidence)
     return AssessmentDocument(
         format="gainproof-assessment",

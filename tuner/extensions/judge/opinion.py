@@ -4,7 +4,8 @@ Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
 paired flights alone, each difference by the rule of `objectives.risk.differences`. For the verdict a loop
 that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
-class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
+class, so margins refuse only what the change made worse, and losses where most vehicles are lost. Losses that come from the wide
+ranges of a named airframe are not judged (`spread_losses.py`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +17,7 @@ from objectives.risk.differences import BETTER, WORSE
 from tuner.documents.assessment import (
     DO_NOT_FLY,
     NO_OBJECTION,
+    NOT_JUDGED,
     WITHIN_LIMITS,
     AssessedAirframe,
     AssessedLoop,
@@ -25,12 +27,11 @@ from tuner.documents.assessment import (
 from tuner.documents.margins import LimitRow
 from tuner.documents.parts import ShareCount, in_shown_units
 from tuner.extensions.judge.firmware_rules import GROWTH, MAX_MS
+from tuner.extensions.judge.spread_losses import MAX_LOSS
 from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
-MAX_LOSS = 0.01
-"""Largest probability of loss."""
 MAX_CLASS_LOSS = 0.5
 """Largest share of lost vehicles of a class."""
 
@@ -49,6 +50,7 @@ class Evidence:
         lost_before: The same before, None without a file before.
         loss: Word on the probability of loss next to that before; None without a file before.
         unmodeled: Number of changed parameters that no loop of the model has.
+        spread: Reason for which losses come from the airframe's ranges, "" where they do not.
     """
 
     airframe: AssessedAirframe
@@ -60,6 +62,7 @@ class Evidence:
     lost_before: ShareCount | None
     loss: str | None
     unmodeled: int
+    spread: str = ""
 
     @property
     def comparison(self) -> str | None:
@@ -71,9 +74,12 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
     """Return the verdict and its reasons, the most severe first."""
     if refusals := list(reasons_not_to_fly(evidence)):
         return DO_NOT_FLY, refusals
+    if evidence.spread and evidence.airframe.is_known:
+        return NOT_JUDGED, [evidence.spread]
     if evidence.comparison is None:
         violated = [rule_text(row) for row in evidence.rules if row.verdict == "violated"]
-        limits = [*map(limit_text, evidence.violated), *violated]
+        spread = [evidence.spread] if evidence.spread else []
+        limits = [*spread, *map(limit_text, evidence.violated), *violated]
         is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
         return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
     recovered = list(filter(None, map(recovery_text, evidence.loops)))
@@ -90,7 +96,7 @@ def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -
     """Return verdict, reasons and vehicle in one sentence."""
     before, vehicle, count = evidence.lost_before, evidence.airframe, evidence.unmodeled
     loss = f"lost {evidence.lost_after.words}" + ("" if before is None else f" (before: {before.words})")
-    if verdict != DO_NOT_FLY:
+    if verdict not in (DO_NOT_FLY, NOT_JUDGED):
         parts = [*reasons, loss]
     elif evidence.comparison is None:
         parts = reasons
@@ -111,7 +117,9 @@ def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:
     lost, before = evidence.lost_after, evidence.lost_before
     if before is not None and evidence.loss == WORSE:
         yield f"more flights are lost: {lost.words}, before {before.words}"
-    elif float(clopper_pearson(lost.events, lost.flights).low) > (MAX_LOSS if is_known else MAX_CLASS_LOSS):
+    elif float(clopper_pearson(lost.events, lost.flights).low) > (
+        MAX_CLASS_LOSS if evidence.spread or not is_known else MAX_LOSS
+    ):
         yield f"flights are lost: {lost.words}"
 
 

@@ -1,5 +1,6 @@
 """Files of gains as vehicles have them: source guessed, loops of the firmware, the vehicle that they are judged on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +22,9 @@ from tuner.extensions.autopilots.sources import (
     sources,
     version_fault,
 )
+from tuner.extensions.autopilots.vehicle_facts import VehicleFact
 from tuner.extensions.judge.vehicle_class import class_airframe, ranges_text
+from tuner.extensions.judge.vehicle_facts import Contradiction, contradictions, narrowed
 
 
 @dataclass(frozen=True)
@@ -49,13 +52,19 @@ class GainsFile:
 class Subjects:
     """Subjects of an opinion: the file, that of the present gains or None, and the vehicle.
 
-    guessed: sentence on the source, None where it was named.
+    Attributes:
+        after: File to judge.
+        before: File of the present gains, or None.
+        airframe: The vehicle.
+        guessed: Sentence on the source, None where it was named.
+        contradictions: Numbers of the files that the airframe contradicts.
     """
 
     after: GainsFile
     before: GainsFile | None
     airframe: AssessedAirframe
     guessed: str | None
+    contradictions: Sequence[Contradiction] = ()
 
     @property
     def source(self) -> str:
@@ -105,13 +114,28 @@ class GivenFiles:
     guessed: str | None
 
     @cached_property
-    def vehicle(self) -> Airframe:
-        """The vehicle of parameter files: as named, or the class of the firmware."""
+    def chosen(self) -> Airframe:
+        """The airframe of parameter files: as named, or the class of the firmware."""
         if self.airframe is None:
             return class_airframe(self.source)
         return load(self.airframe, allow_unphysical=True)
 
-    @property
+    @cached_property
+    def facts(self) -> Sequence[VehicleFact]:
+        """Facts of parameter files on their vehicle, those of the present file first."""
+        kind, files = sources()[self.source], (self.before, self.after)
+        # Names mean what they mean in a known version only.
+        if self.version_fault:
+            return ()
+        return [fact for file in files if file is not None for fact in kind.facts(kind.values(file))]
+
+    @cached_property
+    def vehicle(self) -> Airframe:
+        """The airframe, narrowed by the facts of the files; where both have one, by that of the present file."""
+        first = {fact.quantity: fact for fact in reversed(self.facts)}
+        return narrowed(self.chosen, list(first.values()))
+
+    @cached_property
     def version_fault(self) -> str:
         """The fault in the version of the firmware, "" without one."""
         files = [file for file in (self.after, self.before) if file is not None]
@@ -145,15 +169,15 @@ def read_subjects(given: GivenFiles) -> Subjects:
     name, after, before = given.source, given.after, given.before
     if name == GAINS:
         return _read_gains_files(after, before, given.airframe, given.guessed)
-    vehicle, assumed = given.vehicle, given.assumed
+    vehicle, assumed, contradicted = given.vehicle, given.assumed, contradictions(given.facts, given.chosen)
     alone = read_parameter_file(after, name, vehicle)
     if before is None:
-        return Subjects(alone, None, assumed, given.guessed)
+        return Subjects(alone, None, assumed, given.guessed, contradicted)
     earlier = read_parameter_file(before, name, vehicle)
     check_versions(sources()[name], before, after)
     merged = InputFile(after.path, overlaid(sources()[name], before, after).encode())
     together = read_parameter_file(merged, name, vehicle)
-    return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed)
+    return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed, contradicted)
 
 
 def find_source(name: str) -> str:

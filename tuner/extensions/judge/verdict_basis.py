@@ -14,6 +14,7 @@ from tuner.extensions.judge.vehicle_files import GainsFile, GivenFiles, Subjects
 from tuner.gains import Controller
 
 NOT_THERE = "-"
+AIRFRAME_ADVICE = "give the airframe of this vehicle with --airframe"
 
 
 def missing_basis(subjects: Subjects) -> list[str]:
@@ -30,16 +31,26 @@ def missing_basis(subjects: Subjects) -> list[str]:
     if lacking:
         return lacking
     present = None if before is None else _configuration(before)
-    return configuration_reasons(subjects.source, present, _configuration(after)) or _unmodeled_alone(subjects)
+    reasons = configuration_reasons(subjects.source, present, _configuration(after)) or _unmodeled_alone(subjects)
+    return [*other_vehicle_reasons(subjects), *reasons]
+
+
+def other_vehicle_reasons(subjects: Subjects) -> list[str]:
+    """Return a reason where numbers of the files are of another vehicle than the airframe."""
+    refusing = [row for row in subjects.contradictions if row.refuses]
+    texts = dict.fromkeys(row.sentence(_subject(subjects)) for row in refusing)
+    return [f"{listed(list(texts))}: {AIRFRAME_ADVICE}"] if refusing else []
 
 
 def configuration_notes(subjects: Subjects) -> list[str]:
-    """Return a sentence on settings that are not at the firmware's default."""
+    """Return sentences on settings that are not at the firmware's default, and on numbers that the airframe contradicts."""
     unusual = unusual_configuration(subjects.source, _configuration(subjects.after))
+    texts = dict.fromkeys(row.sentence(_subject(subjects)) for row in subjects.contradictions if not row.refuses)
+    contradicted = [f"{text}: {AIRFRAME_ADVICE}." for text in texts]
     if not unusual:
-        return []
-    texts = listed([f"{name} = {value}" for name, value in unusual.items()])
-    return [f"Not at the firmware's default, and flown as if it fitted the vehicle: {texts}."]
+        return contradicted
+    settings = listed([f"{name} = {value}" for name, value in unusual.items()])
+    return [f"Not at the firmware's default, and flown as if it fitted the vehicle: {settings}.", *contradicted]
 
 
 def unjudged_document(
@@ -93,6 +104,12 @@ def unjudged_document(
 def _flown(controller: Controller) -> tuple[object, ...]:
     """Return the parts of a controller that files of one firmware change."""
     return controller.gains, controller.options, controller.control_period
+
+
+def _subject(subjects: Subjects) -> str:
+    """Return the airframe as the subject of a sentence."""
+    airframe = subjects.airframe
+    return f"the airframe {airframe.name}" if airframe.is_known else f"the {airframe.title.partition(',')[0]}"
 
 
 def _configuration(file: GainsFile) -> dict[str, str | float]:

@@ -6,6 +6,7 @@ from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import LOOPS
 from tuner.extensions.autopilots.parameters import stated
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, Source, fixed_options, major_minor
+from tuner.extensions.px4.facts import px4_facts
 from tuner.extensions.px4.map import PX4
 from tuner.extensions.px4.text import WHAT, read_params
 
@@ -28,4 +29,5 @@ SOURCE = Source(
     versions=((1, 11), (1, 17)),
     scaling=frozenset(PX4.scaling),
     rank=2,
+    facts=px4_facts,
 )
