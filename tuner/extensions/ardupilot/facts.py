@@ -89,7 +89,7 @@ def _notch_facts(values: Values) -> list[VehicleFact]:
     hover = _hover(values)
     # The firmware scales by the root of the throttle, as thrust goes with the square of the speed.
     at_hover = frequency * ((reference if hover is None else hover[1]) / reference) ** 0.5
-    return [VehicleFact(SPEED, "INS_HNTCH_FREQ", at_hover, exactly(hover_frequency))]
+    return [VehicleFact(SPEED, "INS_HNTCH_FREQ at the hover throttle", at_hover, exactly(hover_frequency))]
 
 
 def _battery_facts(values: Values) -> list[VehicleFact]:

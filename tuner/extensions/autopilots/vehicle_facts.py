@@ -61,7 +61,7 @@ class VehicleFact:
 
     Attributes:
         quantity: The number.
-        parameter: Name of the parameter that holds it.
+        parameter: Parameter that holds it, or its expression in parameters.
         value: Its value in the unit of the quantity.
         fitting: Return the values that fit a vehicle, None for one that lacks the number.
         bounds: Range that the firmware holds the value to.
@@ -126,12 +126,17 @@ def cell_facts(values: Mapping[str, str | float], parameter: str) -> list[Vehicl
     cells = given_number(values, parameter, 0.0)
     if cells is None or not 1.0 <= cells <= MAX_CELLS:
         return []
-    return [battery_fact(parameter, CELL_VOLTAGE * cells)]
+    return [battery_fact(f"{CELL_VOLTAGE:g} V times {parameter}", CELL_VOLTAGE * cells)]
 
 
 def exactly(number: Callable[[Vehicle], float]) -> Callable[[Vehicle], Range]:
     """Return the fitting values of a number that has one value."""
-    return lambda vehicle: (number(vehicle),) * 2
+
+    def fitting(vehicle: Vehicle) -> Range:
+        value = number(vehicle)
+        return value, value
+
+    return fitting
 
 
 def _battery(vehicle: Vehicle) -> Range | None:

@@ -40,7 +40,8 @@ def _hover_facts(values: Values) -> list[VehicleFact]:
         pulse = given_number(values, name, DEFAULT_PULSE)
         command = 0.0 if pulse is None else (pulse - PULSE_ZERO) / PULSE_RANGE
         if MIN_COMMAND <= command <= 1.0:
-            return [VehicleFact(HOVER, name, command, exactly(hover_command), SHARES)]
+            expression = f"({name} - {PULSE_ZERO:g}) / {PULSE_RANGE:g}"
+            return [VehicleFact(HOVER, expression, command, exactly(hover_command), SHARES)]
     return []
 
 

@@ -15,7 +15,7 @@ def crazyflie_facts(values: Mapping[str, str | float]) -> list[VehicleFact]:
     counts = given_number(values, THRUST_BASE, TABLE[THRUST_BASE].usual)
     if counts is None or not MIN_COMMAND <= counts / UINT16 <= 1.0:
         return []
-    return [VehicleFact(HOVER, THRUST_BASE, counts / UINT16, exactly(thrust_share), SHARES)]
+    return [VehicleFact(HOVER, f"{THRUST_BASE} / {UINT16:.0f}", counts / UINT16, exactly(thrust_share), SHARES)]
 
 
 def thrust_share(vehicle: Vehicle) -> float:

@@ -27,6 +27,7 @@ from tuner.extensions.px4.map import MODEL, TABLE
 
 Values = Mapping[str, str | float]
 ROTORS = range(4)
+PLACES = "CA_ROTORi_PX and CA_ROTORi_PY"
 GENERIC_PLACES = (0.15, 1.0)
 """Coordinates of the rotors of generic frames [m]."""
 MIN_LENGTH, MAX_LENGTH = 0.01, 10.0
@@ -57,9 +58,9 @@ def _place_facts(values: Values) -> list[VehicleFact]:
     if not MIN_LENGTH <= arm <= MAX_LENGTH:
         return []
     return [
-        VehicleFact(ARM, "CA_ROTOR0_PX to CA_ROTOR3_PY", arm, exactly(lambda one: rotor_arm(one.rotor_x, one.rotor_y))),
+        VehicleFact(ARM, f"arm of {PLACES}", arm, exactly(lambda one: rotor_arm(one.rotor_x, one.rotor_y))),
         VehicleFact(
-            WIDTH, "CA_ROTOR0_PX to CA_ROTOR3_PY", width, exactly(lambda one: rotor_width(one.rotor_x, one.rotor_y))
+            WIDTH, f"width over length of {PLACES}", width, exactly(lambda one: rotor_width(one.rotor_x, one.rotor_y))
         ),
     ]
 

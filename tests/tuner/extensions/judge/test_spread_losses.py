@@ -1,0 +1,111 @@
+"""Losses that come from an airframe's ranges: the number that decides, and the verdict "not judged"."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import tuner
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.airframes.uncertainty import Uncertainty
+from plant.quadrotor.scenarios import drawn_numbers
+from tests.tuner.exchange.reading import write
+from tuner.extensions.judge import assessing
+from tuner.extensions.judge.assessing import STREAM, flight_setups
+from tuner.extensions.judge.spread_losses import spread_reason
+from tuner.extensions.judge.vehicle_files import name_files, read_subjects
+from tuner.extensions.parts_list.estimate import uncertainty
+
+PX4 = "# Stack: PX4 Pro\n# Version: 1.16.0\n1\t1\tMC_ROLLRATE_P\t0.15\t9\n"
+FLIGHTS, SEED, LOSSES = 256, 3, 12
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """Flights of the class of PX4, its vehicle, and hover command and lag of the vehicle of each flight."""
+    file = write(tmp_path_factory.mktemp("spread"), PX4)
+    subjects = read_subjects(name_files(file, None, None, None))
+    (setup,) = flight_setups(subjects, FLIGHTS, SEED)
+    nominal = subjects.after.gains.controller.airframe.vehicle
+    ranges = setup.spec.uncertainty
+    steps = drawn_numbers(setup.spec, nominal, SEED, STREAM, range(FLIGHTS)) * np.array(ranges.deviations)
+    vehicles = [ranges.moved(nominal, step) for step in steps]
+    return (
+        setup,
+        nominal,
+        np.array([actuation(one).hover_command for one in vehicles]),
+        np.array([one.lag_up for one in vehicles]),
+    )
+
+
+def least(values, count=LOSSES):
+    return values <= np.sort(values)[count - 1]
+
+
+def none_lost(_):
+    return np.zeros(FLIGHTS, dtype=bool)
+
+
+def test_lost_vehicles_of_low_hover_commands_are_named_with_it(flown):
+    setup, nominal, commands, _ = flown
+    reason = spread_reason(setup, nominal, least(commands), none_lost)
+    half = np.median(np.sort(commands)[:LOSSES])
+    assert reason.startswith(
+        "4.7 % of the vehicles that the airframe's ranges allow are lost (12 of 256; 0 of 256 with the vehicle in their middle): "
+        "give the hover command, or identify the vehicle from a log"
+    )
+    assert reason.endswith(f"half of those lost have a hover command below {half:.3g}, the middle has 0.554")
+
+
+def test_lost_vehicles_of_long_lags_are_named_with_it(flown):
+    setup, nominal, _, lags = flown
+    reason = spread_reason(setup, nominal, ~least(lags, FLIGHTS - LOSSES), none_lost)
+    half = np.median(np.sort(lags)[-LOSSES:])
+    assert reason.endswith(
+        f": identify the vehicle from a log; half of those lost have a rotor lag above {half:.3g} s, the middle has 0.02 s"
+    )
+
+
+def test_losses_that_the_middle_has_too_do_not_come_from_the_ranges(flown):
+    setup, nominal, commands, _ = flown
+    assert spread_reason(setup, nominal, least(commands), lambda _: least(commands)) == ""
+
+
+def test_few_losses_need_no_other_flights(flown):
+    setup, nominal, commands, _ = flown
+
+    def refuse(_):
+        pytest.fail("flown though no loss needs it")
+
+    assert spread_reason(setup, nominal, least(commands, 2), refuse) == ""
+
+
+def test_losses_of_an_identified_airframe_do_not_come_from_wide_ranges(flown):
+    """All numbers within 5 %: the vehicles are known, and gains that lose them are at fault."""
+    setup, nominal, commands, _ = flown
+    wide = setup.spec.uncertainty
+    narrow = Uncertainty(wide.names, (0.05,) * len(wide.names), wide.correlation)
+    known = replace(setup, spec=replace(setup.spec, uncertainty=narrow))
+    assert spread_reason(known, nominal, least(commands), none_lost) == ""
+
+
+def test_a_parts_list_whose_ends_are_lost_is_not_judged(tmp_path, monkeypatch):
+    """Losses of flights with ranges, none without: exit code 3 for a named airframe, a reason for the class of the firmware."""
+
+    def fly(setups, *_):
+        scores = np.ones((len(setups), len(setups[0].metrics), FLIGHTS))
+        scores[:, 0] = [np.arange(FLIGHTS) < (LOSSES if setup.spec.uncertainty else 0) for setup in setups]
+        return scores
+
+    monkeypatch.setattr(assessing, "fly", fly)
+    monkeypatch.setattr("tuner.extensions.judge.vehicle_files.load", lambda *_, **__: estimated)
+    estimated = replace(load("f450"), uncertainty=uncertainty(hover=False))
+    file = write(tmp_path, PX4)
+    named, unnamed = tuner.judge(file, airframe="f450"), tuner.judge(file)
+    assert named.verdict == "not judged" and named.exit_code == 3
+    assert named.document.sentence.startswith(
+        "Not judged: 4.7 % of the vehicles that the airframe's ranges allow are lost"
+    )
+    assert named.document.lost_after.events == LOSSES
+    assert unnamed.verdict == "no objection" and unnamed.document.reasons[0].startswith("4.7 % of the vehicles")
