@@ -26,7 +26,7 @@ from tuner.extensions.autopilots.vehicle_facts import (
 Values = Mapping[str, str | float]
 HOVER_PARAMETERS = {"MOT_THST_HOVER": (0.35, 1.0), "THR_MID": (500.0, 0.001)}
 """Parameter of the hover throttle, the latter before Copter 3.4 -> its default, and its unit [1]."""
-LEARNED = (0.125, 0.6875)
+LEARNED_RANGE = (0.125, 0.6875)
 """Range that the firmware holds its hover throttle to."""
 DEFAULT_EXPO, DEFAULT_SPIN_MIN, DEFAULT_SPIN_MAX = 0.65, 0.15, 0.95
 THROTTLE_MODE = 1.0
@@ -43,11 +43,11 @@ def ardupilot_facts(values: Values) -> list[VehicleFact]:
 
 
 def _hover(values: Values) -> tuple[str, float] | None:
-    """Return the parameter of the hover throttle with its value [1], None for a default."""
+    """Return parameter and value [1] of the hover throttle; None for a default."""
     for name, (default, unit) in HOVER_PARAMETERS.items():
         hover = given_number(values, name, default)
         if hover is not None and MIN_COMMAND <= unit * hover <= 1.0:
-            return name, unit * hover
+            return (name if unit == 1.0 else f"{unit:g} {name}"), unit * hover
     return None
 
 
@@ -57,24 +57,24 @@ def _hover_facts(values: Values) -> list[VehicleFact]:
         return []
     expo = min(max(_number(values, EXPO, DEFAULT_EXPO), -1.0), 1.0)
     spin = _number(values, "MOT_SPIN_MIN", DEFAULT_SPIN_MIN), _number(values, "MOT_SPIN_MAX", DEFAULT_SPIN_MAX)
-    return [VehicleFact(HOVER, *hover, lambda vehicle: throttle_range(vehicle, expo, spin), LEARNED)]
+    return [VehicleFact(HOVER, *hover, lambda vehicle: throttle_range(vehicle, expo, spin), LEARNED_RANGE)]
 
 
 def throttle_range(vehicle: Vehicle, expo: float, spin: Range) -> Range:
-    """Return the hover throttles [1] with the range of the motors and without it.
+    """Return the hover throttles [1] with and without the motors' range.
 
     Args:
         vehicle: Vehicle that hovers.
         expo: Factor of the thrust curve.
         spin: Commands of least and of full thrust [1].
     """
-    whole = linearized_hover(vehicle, expo)
+    unranged = linearized_hover(vehicle, expo)
     low, high = spin
     if not 0.0 <= low < high <= 1.0:
-        return whole, whole
+        return unranged, unranged
     command = max((hover_command(vehicle) - low) / (high - low), MIN_COMMAND)
     ranged = max(expo * command**2 + (1.0 - expo) * command, MIN_COMMAND)
-    return min(whole, ranged), max(whole, ranged)
+    return min(unranged, ranged), max(unranged, ranged)
 
 
 def _notch_facts(values: Values) -> list[VehicleFact]:

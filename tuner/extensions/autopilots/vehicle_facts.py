@@ -1,4 +1,4 @@
-"""Facts on a vehicle that a parameter file holds, next to the same number of an airframe.
+"""Facts on a vehicle in its parameter file, next to its airframe.
 
 A fact is a value that somebody measured or typed for this vehicle: a hover command, rotor positions, a notch at the rotors'
 frequency. A value that equals the default of the firmware is none, because it was in the file before the vehicle was.
@@ -122,7 +122,7 @@ def battery_fact(parameter: str, voltage: float) -> VehicleFact:
 
 
 def cell_facts(values: Mapping[str, str | float], parameter: str) -> list[VehicleFact]:
-    """Return the fact of a number of cells, none where it is 0: the firmware counts them itself."""
+    """Return the fact of a number of cells; 0 lets the firmware count them."""
     cells = given_number(values, parameter, 0.0)
     if cells is None or not 1.0 <= cells <= MAX_CELLS:
         return []

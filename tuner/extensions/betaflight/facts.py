@@ -46,7 +46,7 @@ def _hover_facts(values: Values) -> list[VehicleFact]:
 
 
 def _notch_facts(values: Values) -> list[VehicleFact]:
-    """Return the ends of a dynamic notch, between which the rotors turn in hover."""
+    """Return the ends of a dynamic notch around the rotors' speed."""
     if given_number(values, "dyn_notch_count", inf) == 0.0:
         return []
     ends: dict[str, Callable[[Vehicle], Range]] = {

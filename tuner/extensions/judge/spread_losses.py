@@ -1,6 +1,6 @@
 """Losses that come from the ranges of an airframe: the number that decides them, with the vehicle in the middle for comparison.
 
-A parts list gives thrust within a factor of 11 and rotor lag within 8. Where vehicles at the ends of such ranges are lost, and
+A parts list gives thrust within a factor of 11 and rotor lag within 8. If vehicles at the ends of such ranges are lost and
 the vehicle in their middle is not, gains are neither refused nor accepted: a measured number decides.
 """
 
@@ -52,7 +52,7 @@ class Candidate(NamedTuple):
 
 
 def spread_reason(setup: FlightSetup, nominal: Vehicle, lost: Flags, fly_middle: Callable[[FlightSetup], Flags]) -> str:
-    """Return the reason for which losses cannot be judged, "" where they do not come from the airframe's ranges.
+    """Return the reason of losses from an airframe's ranges, or "".
 
     Args:
         setup: Flights of the gains.
@@ -78,7 +78,7 @@ def spread_reason(setup: FlightSetup, nominal: Vehicle, lost: Flags, fly_middle:
 
 
 def exceeds_limit(share: ShareCount) -> bool:
-    """Return True where more flights are lost than the limit allows, with 95 % confidence."""
+    """Return True for significantly more losses than the limit allows."""
     return float(clopper_pearson(share.events, share.flights).low) > MAX_LOSS
 
 

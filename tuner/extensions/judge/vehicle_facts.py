@@ -60,7 +60,10 @@ def contradictions(facts: Sequence[VehicleFact], airframe: Airframe) -> list[Con
 
 
 def narrowed(airframe: Airframe, facts: Sequence[VehicleFact]) -> Airframe:
-    """Return an airframe with its uncertainty narrowed to vehicles that have the facts; one without uncertainty as it is."""
+    """Return an airframe narrowed to vehicles that have the facts.
+
+    One without uncertainty stays as it is.
+    """
     ranges, used = airframe.uncertainty, [fact for fact in facts if _is_open(fact, airframe)]
     if ranges is None or not used:
         return airframe
@@ -77,7 +80,7 @@ def narrowed(airframe: Airframe, facts: Sequence[VehicleFact]) -> Airframe:
 
 
 def spread_of(fact: VehicleFact, airframe: Airframe) -> float:
-    """Return the standard deviation of a fact's logarithm over an airframe's vehicles, 0 without an uncertainty."""
+    """Return the standard deviation of a fact's logarithm among vehicles."""
     ranges = airframe.uncertainty
     if ranges is None:
         return 0.0
@@ -97,7 +100,7 @@ def _contradiction(fact: VehicleFact, airframe: Airframe) -> Contradiction | Non
 
 
 def _is_open(fact: VehicleFact, airframe: Airframe) -> bool:
-    """Return True for a fact that an airframe's vehicles differ in by more than its tolerance."""
+    """Return True for a fact that vehicles differ in beyond its tolerance."""
     has_number = fact.is_exact and fact.fitting(airframe.vehicle) is not None
     return has_number and spread_of(fact, airframe) > fact.quantity.tolerance
 
@@ -118,14 +121,14 @@ def _updated(
 
 
 def _gap(fact: VehicleFact, vehicle: Vehicle) -> float:
-    """Return the logarithm of a fact's value over the nearest one that fits a vehicle."""
+    """Return the logarithm of a value over the nearest fitting one."""
     fitting = fact.fitting(vehicle)
     assert fitting is not None, "only facts whose number the airframe has narrow it"
     return log(fact.value / min(max(fact.value, fitting[0]), fitting[1]))
 
 
 def _slopes(fact: VehicleFact, vehicle: Vehicle, ranges: Uncertainty, point: Array) -> Array:
-    """Return the derivatives of a fact's logarithm by the numbers of an uncertainty."""
+    """Return the derivatives of a fact's logarithm by uncertain numbers."""
     steps = STEP * np.eye(len(point))
     ends = [[_level(fact, ranges.moved(vehicle, point + sign * step)) for sign in (1.0, -1.0)] for step in steps]
     return np.array([(high - low) / (2.0 * STEP) for high, low in ends])

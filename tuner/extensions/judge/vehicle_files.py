@@ -122,7 +122,7 @@ class GivenFiles:
 
     @cached_property
     def facts(self) -> Sequence[VehicleFact]:
-        """Facts of parameter files on their vehicle, those of the present file first."""
+        """Facts on the vehicle, those of the present file first."""
         kind, files = sources()[self.source], (self.before, self.after)
         # Names mean what they mean in a known version only.
         if self.version_fault:

@@ -36,14 +36,14 @@ def missing_basis(subjects: Subjects) -> list[str]:
 
 
 def other_vehicle_reasons(subjects: Subjects) -> list[str]:
-    """Return a reason where numbers of the files are of another vehicle than the airframe."""
+    """Return a reason for numbers of another vehicle than the airframe."""
     refusing = [row for row in subjects.contradictions if row.refuses]
     texts = dict.fromkeys(row.sentence(_subject(subjects)) for row in refusing)
     return [f"{listed(list(texts))}: {AIRFRAME_ADVICE}"] if refusing else []
 
 
 def configuration_notes(subjects: Subjects) -> list[str]:
-    """Return sentences on settings that are not at the firmware's default, and on numbers that the airframe contradicts."""
+    """Return sentences on unusual settings, and on numbers that the airframe contradicts."""
     unusual = unusual_configuration(subjects.source, _configuration(subjects.after))
     texts = dict.fromkeys(row.sentence(_subject(subjects)) for row in subjects.contradictions if not row.refuses)
     contradicted = [f"{text}: {AIRFRAME_ADVICE}." for text in texts]

@@ -76,7 +76,7 @@ def _coordinates(values: Values, axis: str) -> list[float]:
 
 
 def _is_generic(coordinates: Sequence[float]) -> bool:
-    """Return True where each coordinate is 0 or that of one generic frame."""
+    """Return True for the coordinates of one generic frame, 0 among them."""
     return any(
         all(min(abs(place), abs(abs(place) - size)) <= PLACE_TOLERANCE for place in coordinates)
         for size in GENERIC_PLACES
