@@ -129,8 +129,9 @@ def judge(
         watcher: Callbacks that hear of compilation and flights.
 
     Returns:
-        The verdict with its reasons; "not judged" where no gain of a rate loop is in a file, its version is not known, or a
-        setting differs that decides sense, order, orientation, scale or limits.
+        The verdict with its reasons; "not judged" where no gain of a rate loop is in a file, its version is not known, a
+        setting differs that decides sense, order, orientation, scale or limits, a number of a file contradicts the airframe, or
+        losses come from the airframe's ranges.
 
     Raises:
         InputError: A file is wrong, or of another firmware or frame, or of two versions, or the airframe cannot be.
