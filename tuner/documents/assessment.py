@@ -9,8 +9,10 @@ from tuner.text.errors import BROKEN, NO_BASIS
 
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
 NOT_JUDGED = "not judged"
-SOFTER, STIFFER = "quieter and softer", "stiffer and louder"
-"""Words on a trade of noise for control: less noise and larger errors, or the reverse."""
+SOFTER = "quieter and softer"
+"""Word on less noise with larger errors."""
+STIFFER = "stiffer and louder"
+"""Word on smaller errors with more noise."""
 COMPARISONS = (BETTER, WORSE, MIXED, SOFTER, STIFFER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE)
 EXIT_CODES = {
     **dict.fromkeys((BETTER, MIXED, SOFTER, STIFFER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE), 0),
@@ -143,7 +145,8 @@ class AssessmentDocument(Document):
         unmodeled: Differences of the model's loops, and assumptions.
         unmodeled_changes: Changes of parameters that no loop has.
         gyro_noise: Density of the gyro's noise, null where nothing is judged.
-        scenario: The first flight; flights: their number for each file.
+        scenario: Name of the first flight.
+        flights: Number of first flights of each file.
         lost_after: Lost first flights, null where nothing is judged.
         further: The other scenarios with their lost flights.
         guessed: The source in a sentence, null where it was named.

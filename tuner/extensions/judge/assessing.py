@@ -119,7 +119,7 @@ def assess(
 def fly_scenarios(
     subjects: Subjects, flights: int, seed: int, threads: int | None, stages: Stages, watcher: Watcher
 ) -> list[PairedScores]:
-    """Return the scores of both files in each scenario, the first flight first; Args as of `assess`."""
+    """Return the scores of both files in each scenario."""
     prepared = scenario_setups(subjects, flights, seed)
     watcher.on_stage(JUDGING, sum(len(setup.draws[1]) for _, setups in prepared for setup in setups))
     return [
@@ -185,7 +185,7 @@ def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], flown: Sequenc
 
 
 def scenario_setups(subjects: Subjects, flights: int, seed: int) -> list[tuple[JudgedScenario, list[FlightSetup]]]:
-    """Return each scenario with the flights of both files in it, the later file first.
+    """Return each scenario with the flights of both files.
 
     Args:
         subjects: Files and vehicle.

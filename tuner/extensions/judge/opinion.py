@@ -140,7 +140,7 @@ def loss_reason(scenario: AssessedScenario, limit: float) -> str:
 
 
 def loss_text(scenarios: Sequence[AssessedScenario]) -> str:
-    """Return the lost first flights in words, and those of other scenarios where one is lost."""
+    """Return lost first flights, and those of scenarios that lose some."""
     first, *further = scenarios
     shown = [first, *(row for row in further if row.lost_after.events or (row.lost_before and row.lost_before.events))]
     texts = []

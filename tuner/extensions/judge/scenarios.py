@@ -47,7 +47,7 @@ MANOEUVRE = Steps(roll_deg=30.0, pitch_deg=-30.0, yaw_deg=45.0, time=0.2)
 OFFSET = 0.1
 """Lever of the weight in a torque step, as a share of the arm."""
 GUST = Gust(6.0, 0.5, 1.0, (1.0, 1.0, 0.0))
-USED = 0.8
+USED_SHARE = 0.8
 """Share of the charge that is used where the battery is low."""
 SHARE = 4
 """First flights for each flight of a further scenario, in which only the vehicle is drawn."""
@@ -78,7 +78,7 @@ class JudgedScenario:
 
 
 def judged_scenarios(controller: Controller, source: str) -> list[JudgedScenario]:
-    """Return the scenarios of an opinion on a vehicle, the first flight first.
+    """Return the scenarios of an opinion, the first flight first.
 
     Args:
         controller: Loops whose vehicle flies.
@@ -129,11 +129,11 @@ def noise_density(controller: Controller) -> float:
 
 
 def torque_step(vehicle: Vehicle) -> Injection:
-    """Return the angular acceleration of the weight on a tenth of the arm, from the start of a flight."""
+    """Return the torque of the weight on a tenth of the arm."""
     torque = vehicle.mass * vehicle.gravity * OFFSET * arm_of(vehicle)
     return Injection(angular_bias=(torque / vehicle.inertia.x, torque / vehicle.inertia.y, 0.0))
 
 
 def drain_battery(vehicle: Vehicle) -> Vehicle:
     """Return a vehicle whose battery is low."""
-    return vehicle._replace(battery_used=max(vehicle.battery_used, USED * vehicle.battery_capacity))
+    return vehicle._replace(battery_used=max(vehicle.battery_used, USED_SHARE * vehicle.battery_capacity))
