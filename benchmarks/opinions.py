@@ -37,6 +37,7 @@ from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
+from tuner.api.flight_setup import FlightSetup
 from tuner.documents.assessment import REFUSED
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
@@ -44,7 +45,7 @@ from tuner.exchange.target import Request
 from tuner.extensions.autopilots.firmware import Bench, Firmware
 from tuner.extensions.autopilots.flying import FirmwareFlights
 from tuner.extensions.autopilots.registry import firmware_of
-from tuner.extensions.judge.assessing import STREAM, flight_setups
+from tuner.extensions.judge.assessing import STREAM, scenario_setups
 from tuner.extensions.judge.opinion import compare_flights
 from tuner.extensions.judge.paired_scores import PairedScores
 from tuner.extensions.judge.vehicle_files import name_files, read_subjects
@@ -97,24 +98,37 @@ def file_of(controller: Controller, firmware: Firmware) -> bytes:
 
 def firmware_flights(
     after: Path, before: Path, firmware: Firmware, program: Path, flights: int, threads: int, place: Path
-) -> PairedScores:
-    """Return the scores of the firmware's own flights."""
+) -> list[PairedScores]:
+    """Return the scores of the firmware's own flights in each scenario of the judge."""
     subjects = read_subjects(name_files(after, before, firmware.target, AIRFRAMES[firmware.name]))
-    setups, scores = flight_setups(subjects, flights, 1), list[np.ndarray]()
-    for number, (setup, file) in enumerate(zip(setups, (after, before), strict=True)):
-        assert isinstance(setup.system, System) and isinstance(setup.spec, ScenarioSpec)
-        system = metering(setup.system, setup.metrics)
-        bench = Bench(
-            program,
-            place / f"board{number}",
-            actuation(system.nominal.vehicle, firmware.curve),
-            system.timing.control_period,
+    return [
+        PairedScores(
+            setups[0].metrics,
+            np.array(
+                [
+                    _firmware_scores(setup, file, firmware, program, threads, place / f"{scenario.spec.name}-{number}")
+                    for number, (setup, file) in enumerate(zip(setups, (after, before), strict=True))
+                ]
+            ),
+            1,
+            scenario,
         )
-        power_up = firmware.install(bench, file.read_bytes())
-        batch = FlightBatch(setup.spec, STREAM, flights)
-        results = FirmwareFlights(system, firmware, 1, threads).fly(setup.gains, power_up, batch)
-        scores.append(score_flights(system, setup.metrics, results, setup.spec, system.targets(setup.spec))[0])
-    return PairedScores(setups[0].metrics, np.array(scores), 1)
+        for scenario, setups in scenario_setups(subjects, flights, 1)
+    ]
+
+
+def _firmware_scores(
+    setup: FlightSetup, file: Path, firmware: Firmware, program: Path, threads: int, place: Path
+) -> np.ndarray:
+    """Return the scores (metrics, flights) of a file's flights in the firmware, whose board lies in a folder."""
+    assert isinstance(setup.system, System) and isinstance(setup.spec, ScenarioSpec)
+    system = metering(setup.system, setup.metrics)
+    curve = actuation(system.nominal.vehicle, firmware.curve)
+    bench = Bench(program, place, curve, system.timing.control_period)
+    power_up = firmware.install(bench, file.read_bytes())
+    batch = FlightBatch(setup.spec, STREAM, len(setup.draws[1]))
+    results = FirmwareFlights(system, firmware, 1, threads).fly(setup.gains, power_up, batch)
+    return score_flights(system, setup.metrics, results, setup.spec, system.targets(setup.spec))[0]
 
 
 def compare(
@@ -132,7 +146,8 @@ def compare(
                 after, before, airframe=AIRFRAMES[firmware.name], source=firmware.target, flights=JUDGED
             )
             paired = firmware_flights(after, before, firmware, program, flights, threads, Path(place))
-        document, flown = opinion.document, compare_flights([row.verdict for row in paired.rows], paired.loss)
+        document, metrics = opinion.document, [row for scores in paired for row in scores.rows]
+        flown = compare_flights(metrics, [scores.loss for scores in paired])
         rows.append(
             {
                 "pair": k,
@@ -141,11 +156,11 @@ def compare(
                 "comparison": document.comparison,
                 "firmware": flown,
                 "agrees": document.comparison == flown,
-                "lost": [count.events for count in paired.lost],
+                "lost": [[count.events for count in scores.lost] for scores in paired],
                 "sentence": document.sentence,
                 "differences": {
-                    row.metric: [list(each.difference) if each.difference else None for each in (row, other)]
-                    for row, other in zip(document.metrics, paired.rows, strict=True)
+                    row.label: [list(each.difference) if each.difference else None for each in (row, other)]
+                    for row, other in zip(document.metrics, metrics, strict=True)
                 },
                 "seconds": sum(document.seconds.values()),
             }

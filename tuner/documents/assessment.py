@@ -9,9 +9,14 @@ from tuner.text.errors import BROKEN, NO_BASIS
 
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
 NOT_JUDGED = "not judged"
-COMPARISONS = (BETTER, WORSE, MIXED, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE)
+SOFTER = "quieter and softer"
+"""Word on less noise with larger errors."""
+STIFFER = "stiffer and louder"
+"""Word on smaller errors with more noise."""
+COMPARISONS = (BETTER, WORSE, MIXED, SOFTER, STIFFER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE)
 EXIT_CODES = {
-    **dict.fromkeys((BETTER, MIXED, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION), 0),
+    **dict.fromkeys((BETTER, MIXED, SOFTER, STIFFER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE), 0),
+    **dict.fromkeys((WITHIN_LIMITS, NO_OBJECTION), 0),
     **dict.fromkeys((WORSE, DO_NOT_FLY), BROKEN),
     NOT_JUDGED: NO_BASIS,
 }
@@ -101,15 +106,34 @@ class RuleRow(DocumentPart):
 
 
 class AssessedMetric(DocumentPart):
-    """A mean over the flights. difference: geometric mean of after over before, less 1, with its 95 % interval, or null."""
+    """A mean over the flights of a scenario.
+
+    scenario: null for the first flight. difference: geometric mean of after over before, less 1, with its 95 % interval, or null.
+    """
 
     metric: str
+    scenario: str | None = None
     definition: str
     unit: str
     before: float | None
     after: float
     difference: SampledValue | None
     verdict: str
+
+    @property
+    def label(self) -> str:
+        """The metric, with the scenario unless that is the first flight."""
+        return self.metric if self.scenario is None else f"{self.metric} ({self.scenario})"
+
+
+class AssessedScenario(DocumentPart):
+    """Flights of one scenario. loss: word on the probability of loss against that before, null without a file before."""
+
+    name: str
+    flights: int
+    lost_after: ShareCount
+    lost_before: ShareCount | None
+    loss: str | None
 
 
 class AssessmentDocument(Document):
@@ -121,7 +145,10 @@ class AssessmentDocument(Document):
         unmodeled: Differences of the model's loops, and assumptions.
         unmodeled_changes: Changes of parameters that no loop has.
         gyro_noise: Density of the gyro's noise, null where nothing is judged.
-        lost_after: Lost flights, null where nothing is judged.
+        scenario: Name of the first flight.
+        flights: Number of first flights of each file.
+        lost_after: Lost first flights, null where nothing is judged.
+        further: The other scenarios with their lost flights.
         guessed: The source in a sentence, null where it was named.
         rollback: File that restores what was before.
         not_restored: Parameters that it does not hold.
@@ -150,6 +177,7 @@ class AssessmentDocument(Document):
     metrics: list[AssessedMetric]
     lost_after: ShareCount | None
     lost_before: ShareCount | None
+    further: list[AssessedScenario] = []
     rollback: str | None
     not_restored: list[str]
     seconds: dict[str, float]

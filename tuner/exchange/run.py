@@ -9,12 +9,14 @@ from typing import Generic
 
 from plant.errors import InputError
 from plant.input_files import read_input
+from plant.quadrotor.cascade import Cascade
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from tuner.documents.export import ExportDocument
 from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import remembered
-from tuner.exchange.registry import settings_of
+from tuner.exchange.advice import bundle_or_advise
+from tuner.exchange.registry import exporters, settings_of
 from tuner.exchange.target import (
     Bundle,
     C,
@@ -101,7 +103,7 @@ class ExportSubject(Generic[C]):
         self.check(target, request)
         settings = settings_of(target, remembered(self.controller, target, list(given)))
         request = replace(request, settings=settings)
-        bundle = self.bundle(target, request)
+        bundle = bundle_or_advise(target, request, self.bundle)
         loops = self.loops(self.controller), self.loops(bundle.held)
         verification = verify_export(*loops, flights, watcher, bundle.gyro)
         document = export_document(target, request, bundle, verification, self.names)
@@ -156,10 +158,20 @@ def check_laws(target: ExportTarget, request: Request) -> None:
     ):
         if carried and law not in carried:
             raise InputError(
-                f"the {loop} law is {law}, and '{target.name}' carries {', '.join(carried)} only; export it as code instead "
-                "(--to c99, crazyflie or fmi), or tune a controller that the target has",
+                f"the {loop} law is {law}, and '{target.name}' carries {', '.join(carried)} only; export it with "
+                f"--to {' or '.join(carriers(cascade))}, or tune a controller that the target has",
                 key=f"controller.{loop}",
             )
+
+
+def carriers(cascade: Cascade) -> list[str]:
+    """Return the targets that have the laws of a cascade."""
+    return [
+        name
+        for name, target in exporters().items()
+        if cascade.attitude.name in (target.attitude_laws or [cascade.attitude.name])
+        and cascade.position.name in (target.position_laws or [cascade.position.name])
+    ]
 
 
 def check_plants(target: ExportTarget, _: PlantRequest) -> None:

@@ -16,11 +16,14 @@ from tuner.text.toml_text import shown
 FIRST_VERSION = "0.1"
 UPDATE = "update gainproof"
 WANTED = "give the gains.json of a results folder"
+IMPORT = "`tuner import FILE --from SOURCE --airframe NAME` writes one from a vehicle's parameter file"
 
 
 def parsed(path: Path) -> Row:
     """Return the content; raises InputError where it is no JSON object, or one with a key twice."""
     text = given_text(path, WANTED)
+    if not text.lstrip().startswith(("{", "[")):
+        raise InputError(f"not JSON; {WANTED}: {IMPORT}", file=path)
     document = json_table(text, path)
     twice: list[str] = []
     json.loads(text, object_pairs_hook=lambda pairs: _noting_twice(pairs, twice))

@@ -44,7 +44,7 @@ def metric_table(document: AssessmentDocument) -> Table:
             change = f"{plus(row.difference.value)}{value} [{low}, {high}]"
         unit = "" if row.unit == "1" else f" [{row.unit}]"
         before = NONE if row.before is None else significant(row.before)
-        rows.append([f"{row.metric}{unit}", before, significant(row.after), change, row.verdict])
+        rows.append([f"{row.label}{unit}", before, significant(row.after), change, row.verdict])
     return Table("Flights", head, rows, (head[0], "verdict"))
 
 

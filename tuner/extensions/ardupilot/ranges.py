@@ -162,7 +162,7 @@ def _dialect(
     common = [
         ParameterInfo("PSC_ANGLE_MAX", "deg", 0.0, 45.0, 0.0, "controller.tilt_limit"),
         ParameterInfo("MOT_THST_EXPO", "1", -1.0, 1.0, 0.65, "--set thrust_curve"),
-        ParameterInfo("MOT_THST_HOVER", "1", 0.2, 0.8, 0.35, "the airframe or --set thrust_curve"),
+        ParameterInfo("MOT_THST_HOVER", "1", 0.2, 0.8, 0.35, "the airframe"),
     ]
     cascades = {
         axis: CascadeNames(f"ATC_ANG_{short}_P", *(f"ATC_RAT_{short}_{term}" for term in "PID"))

@@ -13,7 +13,7 @@ from typing import Any
 from plant.quadrotor.airframes import Airframe
 from plant.texts import PlainTable
 from tuner.api.gains import QuadrotorGains
-from tuner.extensions.judge.assessing import FIRST_FLIGHT
+from tuner.extensions.judge.scenarios import FIRST_FLIGHT
 from tuner.study.files import shipped_studies
 from tuner.study.layers import merged_layers, read_layers
 from tuner.text.toml_text import toml_text

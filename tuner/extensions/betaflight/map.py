@@ -131,7 +131,7 @@ def _adrc(axis: str, wo: float) -> list[ParameterInfo]:
     return [
         ParameterInfo(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
         ParameterInfo(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
-        ParameterInfo(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
+        ParameterInfo(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe"),
     ]
 
 
@@ -139,7 +139,7 @@ ADRC_TABLE = parameter_table(
     *_adrc("roll", 100.0),
     *_adrc("pitch", 100.0),
     *_adrc("yaw", 80.0),
-    ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
+    ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe"),
     ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
 )
 ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}

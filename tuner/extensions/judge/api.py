@@ -70,7 +70,7 @@ class Assessment(Documented):
         """A row for each metric: mean before and after, and their difference as a share with its 95 % interval."""
         rows = [
             {
-                "metric": row.metric,
+                "metric": row.label,
                 "unit": row.unit,
                 "before": row.before,
                 "after": row.after,

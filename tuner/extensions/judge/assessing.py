@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
-from math import sqrt
 from time import perf_counter
 
 import numpy as np
@@ -12,12 +11,8 @@ from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Problem
 from objectives.risk.differences import WORSE
-from plant.air.spec import AirSpec
 from plant.errors import InputError
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
-from plant.quadrotor.scenarios import ScenarioSpec, Spread
-from plant.quadrotor.sensors import SensorSpec
-from plant.references.steps import Steps
 from tuner.analysis.margins.judging import judge_quadrotor
 from tuner.api.flight_setup import FlightSetup, quadrotor_setup
 from tuner.api.flying import problem_of
@@ -27,31 +22,28 @@ from tuner.documents.assessment import (
     ChangedGain,
 )
 from tuner.documents.parts import NumberWithUnit
-from tuner.extensions.autopilots.sources import GAINS
 from tuner.extensions.judge.firmware_rules import LoopSet, firmware_rules
 from tuner.extensions.judge.opinion import Evidence, form_opinion, opinion_sentence
-from tuner.extensions.judge.paired_scores import FAILURE, PairedScores
-from tuner.extensions.judge.spread_losses import spread_reason
+from tuner.extensions.judge.paired_scores import PairedScores
+from tuner.extensions.judge.scenarios import (
+    FAILURE,
+    HAS_POSITION_LOOPS,
+    NOISE,
+    POSITION,
+    TILT,
+    JudgedScenario,
+    judged_scenarios,
+    noise_density,
+)
+from tuner.extensions.judge.spread_losses import spread_reasons
 from tuner.extensions.judge.vehicle_files import GainsFile, Subjects
 from tuner.extensions.judge.verdict_basis import configuration_notes
 from tuner.gains import Controller
 from tuner.search.watcher import JUDGING, Watcher, compilation
 
 STREAM = "judge"
-FIRST_FLIGHT = ScenarioSpec(
-    "small steps in a light breeze",
-    6.0,
-    Steps(x=0.5, y=-0.5, z=0.25, yaw_deg=10.0, time=0.5),
-    AirSpec(intensity=2.0, altitude=3.0, minimum_airspeed=1.0, mean_wind=True),
-)
-"""Flights that gains are judged by: 2 m/s of wind at 20 ft, Beaufort 2."""
-SPREAD = Spread(mass=0.1, inertia=0.1, thrust=0.05, lag=0.2)
-"""Spread of vehicles whose airframe has no uncertainty: that of the shipped studies of firmwares."""
-GYRO_NOISE = 0.05 / sqrt(2000.0)
-"""Density of the gyro's noise where the airframe has none [rad/s/sqrt(Hz)]: 0.05 rad/s at 4 kHz, a frame that vibrates."""
-NOISE, POSITION = "noise", "rms.position"
-HAS_POSITION_LOOPS = ("px4", "ardupilot", GAINS)
-"""Sources whose position loops are in the file; of others they are our defaults, and no part of the verdict."""
+MIN_FLIGHTS = 2
+"""Smallest number of flights of a scenario."""
 
 
 @dataclass
@@ -62,10 +54,10 @@ class Stages:
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
-        """Take the time of a stage."""
+        """Add the time of a stage."""
         begin = perf_counter()
         yield
-        self.seconds[name] = round(perf_counter() - begin, 3)
+        self.seconds[name] = round(self.seconds.get(name, 0.0) + perf_counter() - begin, 3)
 
 
 def read_loops(file: GainsFile) -> LoopSet:
@@ -90,18 +82,18 @@ def assess(
     after, before = subjects.after, subjects.before
     with stages.measure("margins"):
         loops = [read_loops(one) for one in (after, before) if one is not None]
-    setups = flight_setups(subjects, flights, seed)
-    paired = PairedScores(setups[0].metrics, fly(setups, threads, stages, watcher), seed)
+    prepared = scenario_setups(subjects, flights, seed)
+    flown = fly_scenarios(prepared, seed, threads, stages, watcher)
     with stages.measure("spread"):
-        spread = spread_reason(
-            setups[0],
+        spread = spread_reasons(
+            [(setups[0], paired.scores[0, 0] > 0.0) for (_, setups), paired in zip(prepared, flown, strict=True)],
             after.gains.controller.airframe.vehicle,
-            paired.scores[0, 0] > 0.0,
             lambda setup: fly([setup], threads, Stages(), watcher)[0, 0] > 0.0,
         )
     with stages.measure("verdict"):
-        evidence = replace(gather_evidence(subjects, loops, paired), spread=spread)
+        evidence = replace(gather_evidence(subjects, loops, flown), spread=spread)
         verdict, reasons = form_opinion(evidence)
+    first, *further = evidence.scenarios
     return AssessmentDocument(
         format="gainproof-assessment",
         version="0.1",
@@ -118,17 +110,33 @@ def assess(
         changes=[] if before is None else changed_gains(before, after),
         loops=list(evidence.loops),
         rules=list(evidence.rules),
-        scenario=setups[0].spec.name,
+        scenario=first.name,
         seed=seed,
-        flights=flights,
-        gyro_noise=NumberWithUnit(value=_noise_density(after.gains.controller), unit="rad/s/sqrt(Hz)"),
+        flights=first.flights,
+        gyro_noise=NumberWithUnit(value=noise_density(after.gains.controller), unit="rad/s/sqrt(Hz)"),
         metrics=list(evidence.metrics),
-        lost_after=evidence.lost_after,
-        lost_before=evidence.lost_before,
+        lost_after=first.lost_after,
+        lost_before=first.lost_before,
+        further=further,
         rollback=None,
         not_restored=subjects.not_restored,
         seconds=stages.seconds,
     )
+
+
+def fly_scenarios(
+    prepared: Sequence[tuple[JudgedScenario, list[FlightSetup]]],
+    seed: int,
+    threads: int | None,
+    stages: Stages,
+    watcher: Watcher,
+) -> list[PairedScores]:
+    """Return the scores of both files in each scenario; prepared: flights of both, as of `scenario_setups`."""
+    watcher.on_stage(JUDGING, sum(len(setup.draws[1]) for _, setups in prepared for setup in setups))
+    return [
+        PairedScores(setups[0].metrics, fly(setups, threads, stages, watcher), seed, scenario)
+        for scenario, setups in prepared
+    ]
 
 
 def fly(setups: Sequence[FlightSetup], threads: int | None, stages: Stages, watcher: Watcher) -> np.ndarray:
@@ -142,7 +150,6 @@ def fly(setups: Sequence[FlightSetup], threads: int | None, stages: Stages, watc
         for group, problem in zip(groups, problems, strict=True):
             with nullcontext() if problem.flyer.cached else compilation(watcher):
                 problem.warm_up(group[0].gains, group[0].spec)
-    watcher.on_stage(JUDGING, len(setups[0].draws[1]) * len(setups))
     with stages.measure("flights"):
         return np.concatenate([score(problem, group, watcher) for group, problem in zip(groups, problems, strict=True)])
 
@@ -158,11 +165,17 @@ def score(problem: Problem, setups: Sequence[FlightSetup], watcher: Watcher) -> 
     return np.concatenate(parts, axis=-1)
 
 
-def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], paired: PairedScores) -> Evidence:
-    """Return the evidence from margins and flights; loops: of the file, then of the one before."""
+def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], flown: Sequence[PairedScores]) -> Evidence:
+    """Return the evidence from margins and flights.
+
+    Args:
+        subjects: Files and vehicle.
+        loops: Loops of the file, then of the one before.
+        flown: Scores of each scenario, the first flight first.
+    """
     channels = AXES if subjects.source in HAS_POSITION_LOOPS else ATTITUDE_AXES
     later, earlier = loops[0], loops[1] if len(loops) > 1 else None
-    metrics, lost = paired.rows, paired.lost
+    metrics = [row for scores in flown for row in scores.rows]
     noise_rises = any(row.metric == NOISE and row.verdict == WORSE for row in metrics)
     assessed = [
         AssessedLoop(
@@ -177,15 +190,19 @@ def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], paired: Paired
         violated=[row for row in requirements if row.hard and not row.is_satisfied and row.channel in channels],
         rules=firmware_rules(subjects.source, later, earlier, noise_rises),
         metrics=metrics,
-        lost_after=lost[0],
-        lost_before=lost[1] if len(lost) > 1 else None,
-        loss=paired.loss,
+        scenarios=[scores.summary for scores in flown],
         unmodeled=len(subjects.unmodeled_changes),
     )
 
 
-def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSetup]:
-    """Return the flights of both files, the later one first."""
+def scenario_setups(subjects: Subjects, flights: int, seed: int) -> list[tuple[JudgedScenario, list[FlightSetup]]]:
+    """Return each scenario with the flights of both files.
+
+    Args:
+        subjects: Files and vehicle.
+        flights: First flights of each file.
+        seed: Root seed.
+    """
     controllers = [one.gains.controller for one in (subjects.after, subjects.before) if one is not None]
     periods = {controller.control_period for controller in controllers}
     if len(periods) > 1:
@@ -194,30 +211,10 @@ def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSet
             f"its loops run at another rate than those before ({given}); air is the same for both at one rate only"
         )
         raise InputError(message, file=subjects.after.path)
-    setups = [quadrotor_setup(controller, None, 0, seed) for controller in controllers]
-    spec = first_flight(controllers[-1])
-    wanted = [FAILURE, "rms.tilt", NOISE, *([POSITION] if subjects.source in HAS_POSITION_LOOPS else [])]
     return [
-        replace(
-            setup,
-            spec=spec,
-            metrics=[parse(name, setup.system.axes) for name in wanted],
-            draws=(STREAM, range(flights)),
-        )
-        for setup in setups
+        (scenario, [_setup(scenario, controller, flights, seed) for controller in controllers])
+        for scenario in judged_scenarios(controllers[-1], subjects.source)
     ]
-
-
-def first_flight(controller: Controller) -> ScenarioSpec:
-    """Return a first flight: small steps in a light breeze, with the gyro's noise."""
-    uncertainty = controller.airframe.uncertainty
-    rate = _noise_density(controller) * sqrt(0.5 / controller.control_period)
-    return replace(
-        FIRST_FLIGHT,
-        sensors=SensorSpec(rate=rate),
-        spread=Spread() if uncertainty else SPREAD,
-        uncertainty=uncertainty,
-    )
 
 
 def changed_gains(before: GainsFile, after: GainsFile) -> list[ChangedGain]:
@@ -243,6 +240,12 @@ def _notes(subjects: Subjects) -> list[str]:
     return [*after, *(f"Of the file before: {note}" for note in before if note.partition(":")[0] not in kinds)]
 
 
-def _noise_density(controller: Controller) -> float:
-    """Return the density of the gyro's noise [rad/s/sqrt(Hz)]."""
-    return controller.airframe.gyro_noise or GYRO_NOISE
+def _setup(scenario: JudgedScenario, controller: Controller, flights: int, seed: int) -> FlightSetup:
+    """Return the flights of one file in a scenario; all scenarios have one list of metrics, so that they share a kernel."""
+    setup = quadrotor_setup(scenario.vehicle_of(controller), None, 0, seed)
+    return replace(
+        setup,
+        spec=scenario.spec,
+        metrics=[parse(name, setup.system.axes) for name in (FAILURE, TILT, NOISE, POSITION)],
+        draws=(STREAM, range(max(flights // scenario.share, MIN_FLIGHTS))),
+    )

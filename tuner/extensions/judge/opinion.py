@@ -2,31 +2,36 @@
 
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
-paired flights alone, each difference by the rule of `objectives.risk.differences`. For the verdict a loop
-that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
-class, so margins refuse only what the change made worse, and losses where most vehicles are lost. Losses that come from the wide
-ranges of a named airframe are not judged (`spread_losses.py`).
+paired flights alone, each difference by the rule of `objectives.risk.differences`; less noise for larger errors is "quieter
+and softer", the reverse "stiffer and louder". For the verdict a loop that comes from above 4.3 to at most 2 counts as better,
+too. If no airframe is named, loops are those of the middle of a class, so margins of two files refuse only what the change made
+worse, and losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
+(`spread_losses.py`).
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import inf
 
 from objectives.risk import clopper_pearson, join_words
-from objectives.risk.differences import BETTER, WORSE
+from objectives.risk.differences import BETTER, MIXED, WORSE
 from tuner.documents.assessment import (
     DO_NOT_FLY,
     NO_OBJECTION,
     NOT_JUDGED,
+    SOFTER,
+    STIFFER,
     WITHIN_LIMITS,
     AssessedAirframe,
     AssessedLoop,
     AssessedMetric,
+    AssessedScenario,
     RuleRow,
 )
 from tuner.documents.margins import LimitRow
-from tuner.documents.parts import ShareCount, in_shown_units
+from tuner.documents.parts import in_shown_units
 from tuner.extensions.judge.firmware_rules import GROWTH, MAX_MS
+from tuner.extensions.judge.scenarios import NOISE
 from tuner.extensions.judge.spread_losses import MAX_LOSS
 from tuner.text.numbers import plus, significant
 
@@ -45,12 +50,10 @@ class Evidence:
         loops: Loops whose gains are in the file.
         violated: Usual limits of these loops that the gains violate.
         rules: Rules of the firmware.
-        metrics: Means over the flights.
-        lost_after: Lost flights.
-        lost_before: The same before, None without a file before.
-        loss: Word on the probability of loss next to that before; None without a file before.
+        metrics: Means over the flights of each scenario.
+        scenarios: Lost flights of each scenario, the first flight first.
         unmodeled: Number of changed parameters that no loop of the model has.
-        spread: Reason for which losses come from the airframe's ranges, "" where they do not.
+        spread: Scenario -> reason of losses that come from the airframe's ranges.
     """
 
     airframe: AssessedAirframe
@@ -58,16 +61,14 @@ class Evidence:
     violated: Sequence[LimitRow]
     rules: Sequence[RuleRow]
     metrics: Sequence[AssessedMetric]
-    lost_after: ShareCount
-    lost_before: ShareCount | None
-    loss: str | None
+    scenarios: Sequence[AssessedScenario]
     unmodeled: int
-    spread: str = ""
+    spread: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def comparison(self) -> str | None:
         """The verdict of the paired flights alone, None without a file before."""
-        return compare_flights([row.verdict for row in self.metrics], self.loss)
+        return compare_flights(self.metrics, [row.loss for row in self.scenarios])
 
 
 def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
@@ -75,27 +76,44 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
     if refusals := list(reasons_not_to_fly(evidence)):
         return DO_NOT_FLY, refusals
     if evidence.spread and evidence.airframe.is_known:
-        return NOT_JUDGED, [evidence.spread]
+        return NOT_JUDGED, list(evidence.spread.values())[:1]
     if evidence.comparison is None:
         violated = [rule_text(row) for row in evidence.rules if row.verdict == "violated"]
-        spread = [evidence.spread] if evidence.spread else []
+        spread = list(evidence.spread.values())[:1]
         limits = [*spread, *map(limit_text, evidence.violated), *violated]
-        is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
+        is_clean = (
+            not limits and evidence.airframe.is_known and not any(row.lost_after.events for row in evidence.scenarios)
+        )
         return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
     recovered = list(filter(None, map(recovery_text, evidence.loops)))
-    verdict = join_words([evidence.comparison, *([BETTER] if recovered else [])])
+    trade = evidence.comparison in (SOFTER, STIFFER)
+    verdict = evidence.comparison if trade or not recovered else join_words([evidence.comparison, BETTER])
     return verdict, [*recovered, *map(metric_text, evidence.metrics)]
 
 
-def compare_flights(words: Sequence[str], loss: str | None) -> str | None:
-    """Return the word on paired flights: that on losses where one file loses fewer, else on means; None for one file."""
-    return None if loss is None else loss if loss in (BETTER, WORSE) else join_words(words)
+def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | None]) -> str | None:
+    """Return the word on paired flights: that on losses where one file loses fewer, else on means; None for one file.
+
+    Args:
+        metrics: Means over the flights of each scenario, with their words.
+        losses: Words on the lost flights of each scenario.
+    """
+    lost = [word for word in losses if word is not None]
+    if not lost:
+        return None
+    if (word := join_words(lost)) in (BETTER, WORSE, MIXED):
+        return word
+    noise, control = (
+        join_words([row.verdict for row in metrics if (row.metric == NOISE) == is_noise]) for is_noise in (True, False)
+    )
+    trades = {(BETTER, WORSE): SOFTER, (WORSE, BETTER): STIFFER}
+    return trades.get((noise, control)) or join_words([row.verdict for row in metrics])
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:
     """Return verdict, reasons and vehicle in one sentence."""
-    before, vehicle, count = evidence.lost_before, evidence.airframe, evidence.unmodeled
-    loss = f"lost {evidence.lost_after.words}" + ("" if before is None else f" (before: {before.words})")
+    vehicle, count = evidence.airframe, evidence.unmodeled
+    loss = loss_text(evidence.scenarios)
     if verdict not in (DO_NOT_FLY, NOT_JUDGED):
         parts = [*reasons, loss]
     elif evidence.comparison is None:
@@ -114,13 +132,31 @@ def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:
     yield from map(rule_text, refusing)
     stated = {row.axis for row in refusing}
     yield from filter(None, (loop_reason(loop, is_known) for loop in evidence.loops if loop.channel not in stated))
-    lost, before = evidence.lost_after, evidence.lost_before
-    if before is not None and evidence.loss == WORSE:
-        yield f"more flights are lost: {lost.words}, before {before.words}"
-    elif float(clopper_pearson(lost.events, lost.flights).low) > (
-        MAX_CLASS_LOSS if evidence.spread or not is_known else MAX_LOSS
-    ):
-        yield f"flights are lost: {lost.words}"
+    for scenario in evidence.scenarios:
+        limit = MAX_LOSS if is_known and scenario.name not in evidence.spread else MAX_CLASS_LOSS
+        if reason := loss_reason(scenario, limit):
+            yield reason
+
+
+def loss_reason(scenario: AssessedScenario, limit: float) -> str:
+    """Return the reason of lost flights, or ""; limit: largest probability of loss."""
+    lost, before = scenario.lost_after, scenario.lost_before
+    if before is not None and scenario.loss == WORSE:
+        return f"more flights are lost ({scenario.name}): {lost.words}, before {before.words}"
+    is_lossy = float(clopper_pearson(lost.events, lost.flights).low) > limit
+    return f"flights are lost ({scenario.name}): {lost.words}" if is_lossy else ""
+
+
+def loss_text(scenarios: Sequence[AssessedScenario]) -> str:
+    """Return lost first flights, and those of scenarios that lose some."""
+    first, *further = scenarios
+    shown = [first, *(row for row in further if row.lost_after.events or (row.lost_before and row.lost_before.events))]
+    texts = []
+    for row in shown:
+        where = "" if row is first else f" ({row.name})"
+        before = "" if row.lost_before is None else f" (before: {row.lost_before.words})"
+        texts.append(f"lost{where} {row.lost_after.words}{before}")
+    return "; ".join(texts)
 
 
 def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
@@ -129,7 +165,7 @@ def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
     after = _peak(loop.after.ms)
     has_grown = before is not None and after > GROWTH * before
     limit = MAX_MS if has_grown else FRAGILE_MS
-    if after <= limit or not (has_grown or is_known):
+    if after <= limit or not (has_grown or is_known or before is None):
         return ""
     earlier = "" if before is None else f" ({significant(before, 3)} before)"
     if after == inf:
@@ -163,9 +199,9 @@ def limit_text(row: LimitRow) -> str:
 def metric_text(row: AssessedMetric) -> str:
     """Return a compared mean in words."""
     if row.difference is None:
-        return f"{row.metric} {significant(row.after)}"
+        return f"{row.label} {significant(row.after)}"
     value, low, high = (significant(100.0 * part, 3) for part in row.difference)
-    return f"{row.metric} {plus(row.difference.value)}{value} % [{low}, {high}]"
+    return f"{row.label} {plus(row.difference.value)}{value} % [{low}, {high}]"
 
 
 def _peak(ms: float | None) -> float:

@@ -1,6 +1,7 @@
 """The page of a second opinion, judge.md: subjects, flights, margins, rules, changes, and the way back."""
 
 from tuner.documents.assessment import AssessmentDocument
+from tuner.documents.parts import ShareCount
 from tuner.report.opinion_section import NONE, assessment_tables
 from tuner.text.numbers import significant
 
@@ -43,13 +44,21 @@ def subject_lines(document: AssessmentDocument) -> list[str]:
         *guessed,
         f"Judged: {document.after.file}{than}; vehicle: {vehicle.name}, {vehicle.title} ({vehicle.ranges}).",
         f"{document.flights} flights of each file, paired: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
+        *(
+            f"{row.flights} flights: {row.name}; lost {lost_words(row.lost_after, row.lost_before)}."
+            for row in document.further
+        ),
     ]
 
 
 def lost_text(document: AssessmentDocument) -> str:
     """Return the lost flights in words."""
-    after, before = document.lost_after, document.lost_before
-    return NONE if after is None else after.words + ("" if before is None else f", before {before.words}")
+    return NONE if document.lost_after is None else lost_words(document.lost_after, document.lost_before)
+
+
+def lost_words(after: ShareCount, before: ShareCount | None) -> str:
+    """Return lost flights in words, with those before."""
+    return after.words + ("" if before is None else f", before {before.words}")
 
 
 def rollback_lines(document: AssessmentDocument) -> list[str]:

@@ -12,11 +12,10 @@ from objectives.risk import RELEVANT, Risk
 from objectives.risk.differences import NOT_DISTINGUISHABLE
 from plant.seeds import generator
 from tuner.analysis.judged_rows import REPLICATES
-from tuner.documents.assessment import AssessedMetric
+from tuner.documents.assessment import AssessedMetric, AssessedScenario
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.verdicts import verdict_on_difference
-
-FAILURE = "failure"
+from tuner.extensions.judge.scenarios import JudgedScenario
 
 
 @dataclass(frozen=True)
@@ -27,12 +26,14 @@ class PairedScores:
         metrics: The metrics, failure first.
         scores: Values (files, metrics, flights): of the file that is judged, then of the one before, if there is one.
         seed: Root seed of the resamples.
+        scenario: Scenario that was flown; None compares all metrics of a first flight.
         relevant: Share of the value before from which a difference matters.
     """
 
     metrics: Sequence[MetricAddress]
     scores: np.ndarray
     seed: int
+    scenario: JudgedScenario | None = None
     relevant: float = RELEVANT
 
     @property
@@ -53,7 +54,24 @@ class PairedScores:
         """Means over the flights that no file loses, or all."""
         is_completed = np.all(self.scores[:, 0] == 0.0, axis=0)
         scores = self.scores[:, :, is_completed] if is_completed.any() else self.scores
-        return [self._row(index, scores) for index in range(1, len(self.metrics))]
+        return [
+            self._row(index, scores)
+            for index, metric in enumerate(self.metrics)
+            if index and (self.scenario is None or metric.text in self.scenario.metrics)
+        ]
+
+    @property
+    def summary(self) -> AssessedScenario:
+        """Flights of the scenario, and how many of them each file loses."""
+        assert self.scenario is not None, "scores of an opinion have a scenario"
+        after, *before = self.lost
+        return AssessedScenario(
+            name=self.scenario.spec.name,
+            flights=after.flights,
+            lost_after=after,
+            lost_before=before[0] if before else None,
+            loss=self.loss,
+        )
 
     def _row(self, index: int, scores: np.ndarray) -> AssessedMetric:
         metric, values = self.metrics[index], scores[:, index]
@@ -64,6 +82,7 @@ class PairedScores:
             difference = SampledValue(*map(expm1, self._difference(index, np.log(values))))
         return AssessedMetric(
             metric=metric.text,
+            scenario=None if self.scenario is None or self.scenario.share == 1 else self.scenario.spec.name,
             definition=metric.metric.definition,
             unit=metric.unit,
             before=before,

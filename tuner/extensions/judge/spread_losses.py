@@ -4,7 +4,7 @@ A parts list gives thrust within a factor of 11 and rotor lag within 8. If vehic
 the vehicle in their middle is not, gains are neither refused nor accepted: a measured number decides.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import log
 from typing import NamedTuple
@@ -72,9 +72,17 @@ def spread_reason(setup: FlightSetup, nominal: Vehicle, lost: Flags, fly_middle:
         return ""
     return (
         f"{100.0 * share.events / share.flights:.2g} % of the vehicles that the airframe's ranges allow are lost "
-        f"({share.events} of {share.flights}; {middle.events} of {middle.flights} with the vehicle in their middle): "
+        f"({spec.name}: {share.events} of {share.flights}; {middle.events} of {middle.flights} with the vehicle in their middle): "
         f"{_advice(candidates, lost)}"
     )
+
+
+def spread_reasons(
+    flown: Sequence[tuple[FlightSetup, Flags]], nominal: Vehicle, fly_middle: Callable[[FlightSetup], Flags]
+) -> dict[str, str]:
+    """Return scenario -> reason of `spread_reason`; flown: flights of each scenario, and those that are lost."""
+    reasons = {setup.spec.name: spread_reason(setup, nominal, lost, fly_middle) for setup, lost in flown}
+    return {name: reason for name, reason in reasons.items() if reason}
 
 
 def exceeds_limit(share: ShareCount) -> bool:
@@ -122,6 +130,6 @@ def _advice(candidates: list[Candidate], lost: Flags) -> str:
     side = "above" if shift > 0.0 else "below"
     measure = "give the hover command, or identify" if deciding.words == HOVER else "identify"
     return (
-        f"{measure} the vehicle from a log; half of those lost have a {deciding.words} {side} {half:.3g}{deciding.unit}, "
-        f"the middle has {deciding.middle:.3g}{deciding.unit}"
+        f"{measure} the vehicle from a log; in half of those lost the {deciding.words} is {side} {half:.3g}{deciding.unit}, "
+        f"in the middle {deciding.middle:.3g}{deciding.unit}"
     )

@@ -80,7 +80,7 @@ TABLE = parameter_table(
     ParameterInfo("MPC_Z_VEL_P_ACC", "1/s", 2.0, 15.0, 4.0, "z.kd"),
     ParameterInfo("MPC_Z_VEL_I_ACC", "1/s2", 0.2, 3.0, 2.0, "z.ki"),
     ParameterInfo("MPC_Z_VEL_D_ACC", "1", 0.0, 2.0, 0.0, "nothing: it is switched off"),
-    ParameterInfo("MPC_THR_HOVER", "1", 0.1, 0.8, 0.5, "the airframe or --set thrust_curve"),
+    ParameterInfo("MPC_THR_HOVER", "1", 0.1, 0.8, 0.5, "the airframe"),
     ParameterInfo("MPC_TILTMAX_AIR", "deg", 20.0, 89.0, 45.0, "controller.tilt_limit"),
     ParameterInfo("THR_MDL_FAC", "1", 0.0, 1.0, 0.0, "--set thrust_curve"),
 )

@@ -36,7 +36,7 @@ from tuner.extensions.autotune import stages as stages
 from tuner.extensions.autotune import study as study_of
 from tuner.extensions.autotune.study import STUDIES, autotune_study
 from tuner.extensions.identification import api as identifying
-from tuner.extensions.judge.assessing import FIRST_FLIGHT
+from tuner.extensions.judge.scenarios import FIRST_FLIGHT
 from tuner.extensions.judge.vehicle_files import read_parameter_file
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.store.keyed_folder import KeyedFolder

@@ -67,7 +67,8 @@ CHANGES = {
     "D-term low-pass 1 over that before": ("betaflight", {"d_lpf1": 100.0}, {"d_lpf1": 150.0}, 1),
     "D-term low-pass 2 over that before": ("betaflight", {"d_lpf2": 100.0}, {"d_lpf2": 150.0}, 1),
     "a low-pass is switched off": ("betaflight", {"d_lpf2": 100.0}, {"d_lpf2": 0.0}, 1),
-    "gain left at a phase of -161 deg": ("ardupilot", {"margin": 10.0}, {"margin": 3.0}, len(ATTITUDE_AXES)),
+    # A rule of helicopters warns: ArduPilot's own autotune of multicopters leaves 1.9 dB.
+    "gain left at a phase of -161 deg": ("ardupilot", {"margin": 10.0}, {"margin": 3.0}, 0),
 }
 """Rule -> firmware, a sound state and a worse one, number of rows that refuse the change from one to the other."""
 
@@ -78,6 +79,8 @@ def test_a_rule_refuses_the_worse_direction_alone(firmware, sound, worse, count)
         rows = firmware_rules(firmware, loop_set(**after), None if before is None else loop_set(**before), noise_rises)
         return [row for row in rows if row.refuses]
 
+    rows = firmware_rules(firmware, loop_set(**worse), loop_set(**sound), True)
+    assert any(row.verdict == "violated" for row in rows)
     assert len(refusing(worse, sound)) == count
     assert all(row.verdict == "violated" for row in refusing(worse, sound))
     # Back, the same again, and without a file before: nothing is made worse.
@@ -108,10 +111,10 @@ def test_a_peak_above_2_must_grow_by_a_tenth_to_refuse(ms, refuses):
     assert any(row.refuses for row in rows) == refuses
 
 
-@pytest.mark.parametrize(("margin", "refuses"), [(5.1, False), (4.9, True)])
-def test_a_margin_below_6_must_shrink_by_a_tenth_to_refuse(margin, refuses):
-    rows = firmware_rules("ardupilot", loop_set(margin=margin), loop_set(margin=5.5), False)
-    assert any(row.refuses for row in rows) == refuses
+@pytest.mark.parametrize(("margin", "verdict"), [(6.1, "satisfied"), (5.9, "violated")])
+def test_a_margin_below_6_is_violated(margin, verdict):
+    rows = firmware_rules("ardupilot", loop_set(margin=margin), None, False)
+    assert {row.verdict for row in rows} == {verdict}
 
 
 def test_a_firmware_without_rules_has_none():

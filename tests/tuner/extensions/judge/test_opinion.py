@@ -2,7 +2,14 @@
 
 import pytest
 
-from tuner.documents.assessment import AssessedAirframe, AssessedLoop, AssessedMetric, LoopFigures, RuleRow
+from tuner.documents.assessment import (
+    AssessedAirframe,
+    AssessedLoop,
+    AssessedMetric,
+    AssessedScenario,
+    LoopFigures,
+    RuleRow,
+)
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.verdicts import verdict_on_difference
 from tuner.extensions.judge.opinion import Evidence, form_opinion, metric_text, opinion_sentence
@@ -16,16 +23,21 @@ def loop(after, before=None, given=True):
     return AssessedLoop(channel="roll", before=figures(before) if given else None, after=figures(after))
 
 
-def metric(name, *difference):
+def metric(name, *difference, scenario=None):
     interval = SampledValue(*difference)
     return AssessedMetric(
-        metric=name, definition="", unit="1", before=1.0, after=1.0 + interval.value, difference=interval,
+        metric=name, scenario=scenario, definition="", unit="1", before=1.0, after=1.0 + interval.value, difference=interval,
         verdict=verdict_on_difference(1.0, interval),
     )  # fmt: skip
 
 
 def count(events, flights=256):
     return ShareCount(events=events, flights=flights, upper=0.012)
+
+
+def lost(after=0, before=0, loss="not distinguishable", name="small steps"):
+    earlier = None if before is None else count(before)
+    return AssessedScenario(name=name, flights=256, lost_after=count(after), lost_before=earlier, loss=loss)
 
 
 def rule(verdict="violated", refuses=True):
@@ -42,15 +54,14 @@ def evidence(known=True, **parts):
         "violated": [],
         "rules": [],
         "metrics": [metric("rms.tilt", 0.0, -0.03, 0.03)],
-        "lost_after": count(0),
-        "lost_before": count(0),
-        "loss": "not distinguishable",
+        "scenarios": [lost()],
         "unmodeled": 0,
     }
     return Evidence(airframe=airframe, **{**usual, **parts})
 
 
-ALONE = {"lost_before": None, "loss": None, "metrics": []}
+ALONE = {"scenarios": [lost(0, None, None)], "metrics": []}
+TORQUE = metric("rms.tilt", 1.3, 1.2, 1.4, scenario="torque step")
 CASES = {
     "nothing changes": ({}, "not distinguishable"),
     "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),
@@ -62,11 +73,17 @@ CASES = {
         {"metrics": [metric("noise", 0.0, -0.01, 0.01), metric("rms.tilt", 0.0, -0.03, 0.03)]}, "not distinguishable",
     ),
     "less noise, and attitude a little worse": (
-        {"metrics": [metric("noise", -0.287, -0.29, -0.28), metric("rms.tilt", 0.0485, 0.047, 0.05)]}, "mixed",
+        {"metrics": [metric("noise", -0.287, -0.29, -0.28), metric("rms.tilt", 0.0485, 0.047, 0.05)]}, "quieter and softer",
+    ),
+    "less noise, and a torque turns the vehicle further": (
+        {"metrics": [metric("noise", -0.287, -0.29, -0.28), metric("rms.tilt", 0.01, 0.0, 0.015), TORQUE]}, "quieter and softer",
+    ),
+    "closer in the breeze, and a torque turns the vehicle further": (
+        {"metrics": [metric("noise", 0.0, -0.01, 0.01), metric("rms.tilt", -0.1, -0.11, -0.09), TORQUE]}, "mixed",
     ),
     "noise": ({"metrics": [metric("noise", 0.3, 0.29, 0.31)]}, "worse"),
     "a little noise": ({"metrics": [metric("noise", 0.08, 0.07, 0.09)]}, "worse"),
-    "a trade": ({"metrics": [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]}, "mixed"),
+    "a trade": ({"metrics": [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]}, "stiffer and louder"),
     "unstable": ({"loops": [loop(None, 1.6)]}, "do not fly"),
     "unstable before too": ({"loops": [loop(None, None)]}, "do not fly"),
     "fragile now": ({"loops": [loop(2.1, 1.6)]}, "do not fly"),
@@ -77,21 +94,29 @@ CASES = {
     "sound, and was not to be flown": ({"loops": [loop(1.33, 4.45)]}, "better"),
     "sound, and was unstable": ({"loops": [loop(1.33, None)]}, "better"),
     "sound, and was not, at a price": ({"loops": [loop(1.33, 4.45)], "metrics": [metric("rms.tilt", 0.1, 0.09, 0.11)]}, "mixed"),
+    "sound, and was not, quieter": (
+        {"loops": [loop(1.33, 4.45)], "metrics": [metric("noise", -0.3, -0.31, -0.29), TORQUE]}, "quieter and softer",
+    ),
     "not yet sound": ({"loops": [loop(2.1, 4.45)]}, "not distinguishable"),
     "a rule refuses": ({"rules": [rule()]}, "do not fly"),
     "a rule advises": ({"rules": [rule(refuses=False)]}, "not distinguishable"),
-    "more losses": ({"lost_after": count(9), "loss": "worse"}, "do not fly"),
-    "as many losses": ({"lost_after": count(9), "lost_before": count(9)}, "do not fly"),
-    "one loss": ({"lost_after": count(1)}, "not distinguishable"),
+    "more losses": ({"scenarios": [lost(9, 0, "worse")]}, "do not fly"),
+    "more losses in a gust": ({"scenarios": [lost(), lost(9, 0, "worse", "gust")]}, "do not fly"),
+    "as many losses": ({"scenarios": [lost(9, 9)]}, "do not fly"),
+    "one loss": ({"scenarios": [lost(1)]}, "not distinguishable"),
     "alone": (ALONE | {"loops": [loop(1.6, given=False)]}, "flyable within limits"),
     "alone and fragile": (ALONE | {"loops": [loop(4.4, given=False)]}, "do not fly"),
     "alone with a violated rule": (ALONE | {"loops": [loop(1.6, given=False)], "rules": [rule(refuses=False)]}, "no objection"),
-    "alone with a loss": (ALONE | {"lost_after": count(1), "loops": [loop(1.6, given=False)]}, "no objection"),
+    "alone with a loss": (ALONE | {"scenarios": [lost(1, None, None)], "loops": [loop(1.6, given=False)]}, "no objection"),
+    "alone with a loss in a gust": (
+        ALONE | {"scenarios": [lost(0, None, None), lost(1, None, None, "gust")], "loops": [loop(1.6, given=False)]}, "no objection",
+    ),
     "alone, vehicle unknown": (ALONE | {"known": False, "loops": [loop(1.6, given=False)]}, "no objection"),
-    "vehicle unknown, fragile in its middle": (ALONE | {"known": False, "loops": [loop(9.0, given=False)]}, "no objection"),
+    "vehicle unknown, fragile in its middle": (ALONE | {"known": False, "loops": [loop(4.4, given=False)]}, "do not fly"),
+    "vehicle unknown, as fragile as before": ({"known": False, "loops": [loop(9.0, 9.0)]}, "not distinguishable"),
     "vehicle unknown, made fragile": ({"known": False, "loops": [loop(3.0, 1.5)]}, "do not fly"),
-    "vehicle unknown, a tenth lost": ({"known": False, "lost_after": count(27), "lost_before": count(27)}, "not distinguishable"),
-    "vehicle unknown, most lost": ({"known": False, "lost_after": count(200), "lost_before": count(200)}, "do not fly"),
+    "vehicle unknown, a tenth lost": ({"known": False, "scenarios": [lost(27, 27)]}, "not distinguishable"),
+    "vehicle unknown, most lost": ({"known": False, "scenarios": [lost(200, 200)]}, "do not fly"),
 }  # fmt: skip
 
 
@@ -108,12 +133,15 @@ def test_a_verdict_follows_from_the_evidence(parts, verdict):
 TRADE = [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]
 COMPARISONS = {
     "as before": ({}, "not distinguishable"),
-    "a trade": ({"metrics": TRADE}, "mixed"),
+    "a trade": ({"metrics": TRADE}, "stiffer and louder"),
     "closer": ({"metrics": TRADE[1:]}, "better"),
     "noisier": ({"metrics": TRADE[:1]}, "worse"),
-    "survivors fly closer, and more are lost": ({"metrics": TRADE[1:], "loss": "worse"}, "worse"),
+    "survivors fly closer, and more are lost": ({"metrics": TRADE[1:], "scenarios": [lost(loss="worse")]}, "worse"),
     "survivors are noisier, and fewer are lost": (
-        {"metrics": TRADE[:1], "loss": "better"}, "better",
+        {"metrics": TRADE[:1], "scenarios": [lost(loss="better")]}, "better",
+    ),
+    "fewer are lost in the breeze, and more in a gust": (
+        {"scenarios": [lost(loss="better"), lost(loss="worse", name="gust")]}, "mixed",
     ),
     "a loop recovers": ({"loops": [loop(1.33, 4.45)]}, "not distinguishable"),
     "a fragile loop flies closer": ({"loops": [loop(3.0, 1.5)], "metrics": TRADE[1:]}, "better"),
@@ -130,11 +158,18 @@ def test_a_refusal_says_what_the_flights_do():
     given = evidence(loops=[loop(3.0, 1.5)], metrics=TRADE)
     sentence = opinion_sentence(given, *form_opinion(given))
     assert sentence.startswith(
-        "Do not fly: peak sensitivity Ms, roll: 3, max 2 (1.5 before); in flight: mixed: noise +30 %"
+        "Do not fly: peak sensitivity Ms, roll: 3, max 2 (1.5 before); in flight: stiffer and louder: noise +30 %"
     )
     assert sentence.endswith("lost 0 of 256: at most 1.2 % (before: 0 of 256: at most 1.2 %).")
     alone = evidence(**ALONE, loops=[loop(4.4, given=False)])
     assert "in flight" not in opinion_sentence(alone, *form_opinion(alone))
+
+
+def test_a_sentence_names_the_scenario_of_a_mean_and_of_lost_flights():
+    given = evidence(metrics=[TORQUE], scenarios=[lost(), lost(1, 0, name="gust")])
+    sentence = opinion_sentence(given, *form_opinion(given))
+    assert "rms.tilt (torque step) +130 % [120, 140]" in sentence
+    assert sentence.endswith("lost (gust) 1 of 256 (before: 0 of 256: at most 1.2 %).")
 
 
 def test_a_sentence_names_changes_outside_of_the_model():
