@@ -70,10 +70,10 @@ def spread_reason(setup: FlightSetup, nominal: Vehicle, lost: Flags, fly_middle:
     middle = ShareCount.of(fly_middle(replace(setup, spec=replace(spec, uncertainty=None, spread=Spread()))))
     if exceeds_limit(middle):
         return ""
+    per_cent, at_middle = 100.0 * share.events / share.flights, f"{middle.events} of {middle.flights}"
     return (
-        f"{100.0 * share.events / share.flights:.2g} % of the vehicles that the airframe's ranges allow are lost "
-        f"({spec.name}: {share.events} of {share.flights}; {middle.events} of {middle.flights} with the vehicle in their middle): "
-        f"{_advice(candidates, lost)}"
+        f"{per_cent:.2g} % of the vehicles that the airframe's ranges allow are lost ({spec.name}: {share.events} of "
+        f"{share.flights}; {at_middle} with the vehicle in their middle): {_advice(candidates, lost)}"
     )
 
 

@@ -9,7 +9,7 @@ import tuner
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.uncertainty import Uncertainty
-from plant.quadrotor.scenarios import drawn_numbers
+from plant.quadrotor.scenarios import ScenarioSpec, drawn_numbers
 from tests.tuner.exchange.reading import write
 from tuner.extensions.judge import assessing
 from tuner.extensions.judge.assessing import STREAM, scenario_setups
@@ -28,6 +28,7 @@ def flown(tmp_path_factory):
     subjects = read_subjects(name_files(file, None, None, None))
     _, (setup,) = scenario_setups(subjects, FLIGHTS, SEED)[0]
     nominal = subjects.after.gains.controller.airframe.vehicle
+    assert isinstance(setup.spec, ScenarioSpec) and setup.spec.uncertainty is not None
     ranges = setup.spec.uncertainty
     steps = drawn_numbers(setup.spec, nominal, SEED, STREAM, range(FLIGHTS)) * np.array(ranges.deviations)
     vehicles = [ranges.moved(nominal, step) for step in steps]
@@ -90,26 +91,46 @@ def test_losses_of_an_identified_airframe_do_not_come_from_wide_ranges(flown):
     assert spread_reason(known, nominal, least(commands), none_lost) == ""
 
 
-def test_a_parts_list_whose_ends_are_lost_is_not_judged(tmp_path, monkeypatch):
-    """Losses of flights with ranges, none without: exit code 3 for a named airframe, a reason for the class of the firmware."""
+@pytest.fixture
+def judge_losses(tmp_path, monkeypatch):
+    """Return a judge of first flights that lose a number of vehicles of an airframe's ranges, and none of those in the middle."""
 
-    def fly(setups, *_):
-        flights = len(setups[0].draws[1])
-        scores = np.ones((len(setups), len(setups[0].metrics), flights))
-        scores[:, 0] = [np.arange(flights) < (LOSSES if is_first(setup) else 0) for setup in setups]
-        return scores
+    def judged(losses, airframe):
+        def fly(setups, *_):
+            flights = len(setups[0].draws[1])
+            scores = np.ones((len(setups), len(setups[0].metrics), flights))
+            scores[:, 0] = [np.arange(flights) < (losses if is_drawn_first_flight(setup) else 0) for setup in setups]
+            return scores
 
-    def is_first(setup):
+        monkeypatch.setattr(assessing, "fly", fly)
+        return tuner.judge(write(tmp_path, PX4), airframe=airframe)
+
+    def is_drawn_first_flight(setup):
         return setup.spec.uncertainty and setup.spec.name == "small steps in a light breeze"
 
-    monkeypatch.setattr(assessing, "fly", fly)
-    monkeypatch.setattr("tuner.extensions.judge.vehicle_files.load", lambda *_, **__: estimated)
     estimated = replace(load("f450"), uncertainty=uncertainty(hover=False))
-    file = write(tmp_path, PX4)
-    named, unnamed = tuner.judge(file, airframe="f450"), tuner.judge(file)
-    assert named.verdict == "not judged" and named.exit_code == 3
-    assert named.document.sentence.startswith(
-        "Not judged: 4.7 % of the vehicles that the airframe's ranges allow are lost"
+    monkeypatch.setattr("tuner.extensions.judge.vehicle_files.load", lambda *_, **__: estimated)
+    return judged
+
+
+def test_a_parts_list_whose_ends_are_lost_is_not_judged(judge_losses):
+    opinion = judge_losses(LOSSES, "f450")
+    assert opinion.verdict == "not judged" and opinion.exit_code == 3
+    assert opinion.document.sentence.startswith(
+        "Not judged: 4.7 % of the vehicles that the airframe's ranges allow are lost (small steps in a light breeze: 12 of 256"
     )
-    assert named.document.lost_after.events == LOSSES
-    assert unnamed.verdict == "no objection" and unnamed.document.reasons[0].startswith("4.7 % of the vehicles")
+    assert opinion.document.lost_after.events == LOSSES
+
+
+def test_a_class_whose_ends_are_lost_has_a_reason(judge_losses):
+    opinion = judge_losses(LOSSES, None)
+    assert opinion.verdict == "no objection" and opinion.document.reasons[0].startswith("4.7 % of the vehicles")
+
+
+def test_a_parts_list_of_which_most_are_lost_is_refused(judge_losses):
+    opinion = judge_losses(200, "f450")
+    assert opinion.verdict == "do not fly" and "flights are lost" in opinion.document.reasons[0]
+
+
+def test_few_lost_vehicles_of_a_parts_list_are_judged(judge_losses):
+    assert judge_losses(2, "f450").verdict == "no objection"

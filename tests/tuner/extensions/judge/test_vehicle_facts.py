@@ -14,7 +14,7 @@ from plant.vectors import Rotors
 from tests.tuner.exchange.reading import write
 from tuner.documents.assessment import EXIT_CODES
 from tuner.extensions.autopilots.sources import sources
-from tuner.extensions.autopilots.vehicle_facts import HOVER, VehicleFact
+from tuner.extensions.autopilots.vehicle_facts import HOVER, VehicleFact, exactly
 from tuner.extensions.judge.vehicle_class import class_airframe
 from tuner.extensions.judge.vehicle_facts import contradictions, narrowed, spread_of
 
@@ -90,6 +90,17 @@ FILES = {"px4": px4_file, "ardupilot": ardupilot_file, "betaflight": betaflight_
 PAIRS = [(made, flown) for made in CLASSES for flown in CLASSES if made != flown]
 
 
+def fitting(fact, vehicle):
+    values = fact.fitting(vehicle)
+    assert values is not None
+    return values
+
+
+def ranges_of(airframe):
+    assert airframe.uncertainty is not None
+    return airframe.uncertainty
+
+
 def facts_of(folder, source, text):
     kind = sources()[source]
     return kind.facts(kind.values(InputFile(write(folder, text))))
@@ -103,7 +114,7 @@ def test_a_file_of_a_vehicle_has_the_numbers_of_its_airframe(name, source, tmp_p
     vehicle = airframe_of(name).vehicle
     assert len(facts) >= 2 and contradictions(facts, airframe_of(name)) == []
     for fact in facts:
-        low, high = fact.fitting(vehicle)
+        low, high = fitting(fact, vehicle)
         assert low / 1.01 <= fact.value <= 1.01 * high
 
 
@@ -165,7 +176,7 @@ def test_a_learned_throttle_at_the_end_of_its_range_is_a_limit(tmp_path):
     """AP_MOTORS_THST_HOVER_MIN = 0.125: a vehicle that hovers at 0.06 has 0.125 in its file, and is not contradicted."""
     (fact,) = facts_of(tmp_path, "ardupilot", ARDUPILOT + "MOT_THST_HOVER,0.125\nMOT_SPIN_MIN,0\nMOT_SPIN_MAX,1\n")
     strong = load("f450").vehicle._replace(mass=0.1)
-    assert fact.fitting(strong)[1] < 0.1 and contradictions([fact], replace(load("f450"), vehicle=strong)) == []
+    assert fitting(fact, strong)[1] < 0.1 and contradictions([fact], replace(load("f450"), vehicle=strong)) == []
 
 
 def test_a_dynamic_notch_that_the_rotors_leave_is_a_warning(tmp_path):
@@ -179,15 +190,14 @@ def test_a_dynamic_notch_that_the_rotors_leave_is_a_warning(tmp_path):
 
 
 def hover_fact(value, tolerance=0.1):
-    return VehicleFact(
-        replace(HOVER, tolerance=tolerance), "hover", value, lambda one: (actuation(one).hover_command,) * 2
-    )
+    quantity = replace(HOVER, tolerance=tolerance)
+    return VehicleFact(quantity, "hover", value, exactly(lambda one: actuation(one).hover_command))
 
 
 def test_narrowed_vehicles_are_those_with_the_hover_command_of_the_file():
     """Against draws of the class weighted by the probability of the file's value: hover command, mass and thrust coefficient."""
     airframe, value, tolerance = class_airframe("px4"), 0.4, 0.1
-    ranges, rng = airframe.uncertainty, np.random.default_rng(1)
+    ranges, rng = ranges_of(airframe), np.random.default_rng(1)
     steps = rng.standard_normal((20000, len(ranges.names))) @ ranges.axes.T
     logarithms = np.array([log(actuation(ranges.moved(airframe.vehicle, step)).hover_command) for step in steps])
     weights = np.exp(-0.5 * ((log(value) - logarithms) / tolerance) ** 2)
@@ -197,7 +207,7 @@ def test_narrowed_vehicles_are_those_with_the_hover_command_of_the_file():
         mean = np.average(column, weights=weights)
         deviation = sqrt(np.average((column - mean) ** 2, weights=weights))
         assert log(middle / getattr(airframe.vehicle, name)) == pytest.approx(mean, abs=0.02)
-        assert narrow.uncertainty.deviations[ranges.names.index(name)] == pytest.approx(deviation, rel=0.03)
+        assert ranges_of(narrow).deviations[ranges.names.index(name)] == pytest.approx(deviation, rel=0.03)
         assert narrow.sources[name].value == pytest.approx(middle)
     assert log(actuation(narrow.vehicle).hover_command) == pytest.approx(
         np.average(logarithms, weights=weights), abs=0.01
@@ -205,7 +215,7 @@ def test_narrowed_vehicles_are_those_with_the_hover_command_of_the_file():
     # Lag and drag have nothing to do with it.
     for name in ("lag_up", "drag_linear.z"):
         index = ranges.names.index(name)
-        assert narrow.uncertainty.deviations[index] == pytest.approx(ranges.deviations[index], rel=1e-3)
+        assert ranges_of(narrow).deviations[index] == pytest.approx(ranges.deviations[index], rel=1e-3)
     assert spread_of(hover_fact(value), narrow) < tolerance < spread_of(hover_fact(value), airframe)
 
 
