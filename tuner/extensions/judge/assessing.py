@@ -84,13 +84,12 @@ def assess(
         loops = [read_loops(one) for one in (after, before) if one is not None]
     prepared = scenario_setups(subjects, flights, seed)
     flown = fly_scenarios(prepared, seed, threads, stages, watcher)
-    with stages.measure("spread"):
+    with stages.measure("verdict"):
         spread = spread_reasons(
             [(setups[0], paired.scores[0, 0] > 0.0) for (_, setups), paired in zip(prepared, flown, strict=True)],
             after.gains.controller.airframe.vehicle,
             lambda setup: fly([setup], threads, Stages(), watcher)[0, 0] > 0.0,
         )
-    with stages.measure("verdict"):
         evidence = replace(gather_evidence(subjects, loops, flown), spread=spread)
         verdict, reasons = form_opinion(evidence)
     first, *further = evidence.scenarios
