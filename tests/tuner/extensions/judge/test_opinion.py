@@ -35,7 +35,7 @@ def count(events, flights=256):
     return ShareCount(events=events, flights=flights, upper=0.012)
 
 
-def lost(after=0, before=0, loss="not distinguishable", name="small steps"):
+def lost(after=0, before: int | None = 0, loss: str | None = "not distinguishable", name="small steps"):
     earlier = None if before is None else count(before)
     return AssessedScenario(name=name, flights=256, lost_after=count(after), lost_before=earlier, loss=loss)
 
