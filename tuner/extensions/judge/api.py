@@ -162,7 +162,7 @@ def judge(
             announce_compilation(heard)
             document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
-            document = write(document, given.before, folder)
+            document = write(document, given.read_before, folder)
     return Assessment(document, None if folder is None else folder.path)
 
 

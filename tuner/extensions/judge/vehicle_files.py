@@ -105,6 +105,16 @@ class GivenFiles:
     guessed: str | None
 
     @cached_property
+    def read_after(self) -> InputFile:
+        """The file to judge as text, with its includes."""
+        return resolved(self.after, self.source)
+
+    @cached_property
+    def read_before(self) -> InputFile | None:
+        """The present gains likewise, loadable as a rollback."""
+        return None if self.before is None else resolved(self.before, self.source)
+
+    @cached_property
     def vehicle(self) -> Airframe:
         """The vehicle of parameter files: as named, or the class of the firmware."""
         if self.airframe is None:
@@ -114,7 +124,7 @@ class GivenFiles:
     @property
     def version_fault(self) -> str:
         """The fault in the version of the firmware, "" without one."""
-        files = [file for file in (self.after, self.before) if file is not None]
+        files = [file for file in (self.read_after, self.read_before) if file is not None]
         return "" if self.source == GAINS else version_fault(sources()[self.source], files)
 
     @property
@@ -146,14 +156,25 @@ def read_subjects(given: GivenFiles) -> Subjects:
     if name == GAINS:
         return _read_gains_files(after, before, given.airframe, given.guessed)
     vehicle, assumed = given.vehicle, given.assumed
-    alone = read_parameter_file(after, name, vehicle)
-    if before is None:
+    alone = _with_part_of(after, read_parameter_file(given.read_after, name, vehicle))
+    if before is None or given.read_before is None:
         return Subjects(alone, None, assumed, given.guessed)
-    earlier = read_parameter_file(before, name, vehicle)
-    check_versions(sources()[name], before, after)
-    merged = InputFile(after.path, overlaid(sources()[name], before, after).encode())
+    earlier = _with_part_of(before, read_parameter_file(given.read_before, name, vehicle))
+    check_versions(sources()[name], given.read_before, given.read_after)
+    merged = InputFile(after.path, overlaid(sources()[name], given.read_before, given.read_after).encode())
     together = read_parameter_file(merged, name, vehicle)
     return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed)
+
+
+def resolved(file: InputFile, source: str) -> InputFile:
+    """Return a file as text with everything that it includes; itself where it is that already."""
+    text = None if source == GAINS else sources()[source].resolved(file)
+    return file if text is None else InputFile(file.path, text.encode())
+
+
+def _with_part_of(given: InputFile, read: GainsFile) -> GainsFile:
+    """Return a resolved file with path and digest of the given one."""
+    return replace(read, path=given, part=file_part(given, read.part.source, read.part.version))
 
 
 def find_source(name: str) -> str:
