@@ -7,10 +7,11 @@ from functools import cache
 from pathlib import Path
 
 from plant.errors import InputError, UnsupportedVersionError
-from plant.input_files import ReadableFile, given_text
+from plant.input_files import InputFile, ReadableFile, given_content, given_text
 from tuner.extension import objects
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
 from tuner.extensions.autopilots.parameters import single
+from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, Resolved
 from tuner.study.targets import TARGETS
 
 GAINS = "gains"
@@ -41,7 +42,8 @@ class Source:
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
         loaded_over: Return the text of a file with another one loaded over it; None: a parameter replaces that of its name.
-        resolved: Return the text of a file that is no text, or that includes others; None for any other file.
+        resolved: Return the parameters of a log, a script or a file that includes others as text; None for any other file.
+        is_log: Return True for the content of a flight log of the firmware.
         rank: Place among the sources: a lower one looks at a file first.
     """
 
@@ -58,7 +60,8 @@ class Source:
     left_out: frozenset[str] = frozenset()
     scaling: frozenset[str] = frozenset()
     loaded_over: Callable[[ReadableFile, ReadableFile], str] | None = None
-    resolved: Callable[[ReadableFile], str | None] = lambda _: None
+    resolved: Callable[[ReadableFile], Resolved | None] = lambda _: None
+    is_log: Callable[[bytes], bool] = lambda _: False
     rank: int = 0
 
     def name_in(self, line: str) -> str | None:
@@ -88,7 +91,10 @@ def fixed_options(name: str, *keys: str) -> Callable[[ReadableFile], dict[str, s
 
 def guess_source(file: ReadableFile) -> str:
     """Return the source of a file; InputError where nothing is recognized."""
-    text = given_text(file, f"give {WHAT}")
+    content = given_content(file, f"give {WHAT}", MAX_LOG_BYTES)
+    if log := next((name for name, source in sources().items() if source.is_log(content)), None):
+        return log
+    text = given_text(InputFile(Path(file), content), f"give {WHAT}")
     if text.lstrip().startswith("{"):
         return GAINS
     lines = text.splitlines()

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from plant.errors import InputError, shortened
 from plant.input_files import MAX_JSON_BYTES, InputFile, ReadableFile, given_content
 from tuner.extensions.autopilots.parameters import read_lines
+from tuner.extensions.autopilots.resolution import Resolved
 
 WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
 DIRECTIVE = re.compile(r"#\$\s*(.*)")
@@ -39,11 +40,11 @@ def command_lines(file: ReadableFile) -> list[str]:
     return _Preset(file, _checked_options(lines)).resolved(lines)
 
 
-def resolved_text(file: ReadableFile) -> str | None:
-    """Return the text of a preset with its includes; None without any."""
+def resolved_preset(file: ReadableFile) -> Resolved | None:
+    """Return a preset with its includes; None without any."""
     matches = filter(None, map(DIRECTIVE.fullmatch, map(str.strip, read_lines(file, WHAT))))
     has_include = any(INCLUDE.fullmatch(match[1]) for match in matches)
-    return "\n".join(command_lines(file)) + "\n" if has_include else None
+    return Resolved("\n".join(command_lines(file)) + "\n") if has_include else None
 
 
 def stated_versions(lines: list[str]) -> list[str]:

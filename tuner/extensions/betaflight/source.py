@@ -10,7 +10,7 @@ from tuner.extensions.betaflight.commands import loaded_over, read_cli
 from tuner.extensions.betaflight.import_ import renamed
 from tuner.extensions.betaflight.map import USUAL
 from tuner.extensions.betaflight.native_loops import FOLLOWING, SILENT
-from tuner.extensions.betaflight.presets import command_lines, resolved_text, stated_versions
+from tuner.extensions.betaflight.presets import command_lines, resolved_preset, stated_versions
 
 
 def _profile(file: ReadableFile) -> int:
@@ -46,6 +46,6 @@ SOURCE = Source(
     is_command_line=True,
     left_out=frozenset(SILENT) - set(FOLLOWING.values()),
     loaded_over=loaded_over,
-    resolved=resolved_text,
+    resolved=resolved_preset,
     rank=1,
 )
