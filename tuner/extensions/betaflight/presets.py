@@ -28,6 +28,8 @@ MAX_DEPTH = 8
 """Largest number of presets within each other."""
 MAX_FILES = 100
 """Largest number of included presets."""
+MAX_NAMES = 20
+"""Largest number of options that a sentence names."""
 MAX_LINES = 100_000
 """Largest number of lines."""
 
@@ -59,8 +61,13 @@ def options_note(lines: list[str]) -> tuple[str, ...]:
         by_state[match[1]].append(shortened(match[2]))
     if not any(by_state.values()):
         return ()
-    texts = [f"{state}: {', '.join(dict.fromkeys(names)) or 'none'}" for state, names in by_state.items()]
+    texts = [f"{state}: {_listed(list(dict.fromkeys(names)))}" for state, names in by_state.items()]
     return (f"Options of the preset, {'; '.join(texts)}.",)
+
+
+def _listed(names: list[str]) -> str:
+    further = len(names) - MAX_NAMES
+    return (", ".join(names[:MAX_NAMES]) or "none") + (f" and {further} more" if further > 0 else "")
 
 
 def _checked_options(lines: list[str]) -> frozenset[str]:

@@ -20,6 +20,8 @@ TYPE = re.compile(r"#\s*@type\s+(\S.*?)\s*")
 QUADROTORS = ("quadrotor", "multirotor", "simulation", "copter")
 """Beginnings of `@type` of vehicles that may have four rotors."""
 CONDITION = re.compile(r"if\s+(\S.*?)\s*(;\s*then)?")
+ONE_LINE = re.compile(r"if\s.*;\s*fi\b.*")
+"""Condition that ends in its own line."""
 AUTOMATIC = re.compile(r".*\bAUTOCNF\b.*\byes\b.*|.*param\s+compare\s+SYS_AUTOCONFIG\s+1\b.*")
 """Condition that holds where the parameters of an airframe are set."""
 INCLUDE = re.compile(r"\s*(?:\.|sh|source)\s+(\S+)")
@@ -94,8 +96,10 @@ class _Script:
 
     def read(self, line: str) -> None:
         """Read one line."""
-        if match := CONDITION.fullmatch(line):
-            self.branches.append(AUTOMATIC.fullmatch(match[1]) is not None)
+        if ONE_LINE.fullmatch(line):
+            self.skipped[line] = None
+        elif match := CONDITION.fullmatch(line):
+            self.branches.append(AUTOMATIC.fullmatch(shortened(match[1])) is not None)
             if not self.branches[-1]:
                 self.skipped[f"if {match[1]}"] = None
         elif line.split(None, 1)[:1] in (["else"], ["elif"]) and self.branches:
