@@ -31,15 +31,17 @@ class InputFile:
     Attributes:
         path: Path, which messages name.
         held: Content in the place of that at the path, None to read it.
+        most: Largest size that is read [bytes].
     """
 
     path: Path
     held: bytes | None = None
+    most: int = MAX_TEXT_BYTES
 
     @cached_property
     def content(self) -> bytes:
         """Content; raises as `read_input` does."""
-        return read_input(self.path) if self.held is None else self.held
+        return read_input(self.path, self.most) if self.held is None else self.held
 
     @property
     def name(self) -> str:

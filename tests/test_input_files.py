@@ -18,7 +18,7 @@ from tuner.api.run_report import last_generation
 from tuner.documents.summary import Summary
 from tuner.documents.tables import Columns
 from tuner.extensions.ardupilot.text import read_param
-from tuner.extensions.betaflight.text import read_cli
+from tuner.extensions.betaflight.commands import read_cli
 from tuner.extensions.crazyflie import text as param_file
 from tuner.extensions.px4.text import read_params
 from tuner.gains import read_gains

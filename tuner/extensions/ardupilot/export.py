@@ -17,6 +17,7 @@ from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Reques
 from tuner.extensions.ardupilot import ranges
 from tuner.extensions.ardupilot.import_ import IMPORTER
 from tuner.extensions.ardupilot.map import ArduPilot
+from tuner.extensions.ardupilot.other_files import plain
 from tuner.extensions.ardupilot.text import OLDER, SEPARATORS, modernized, read_param
 from tuner.extensions.autopilots.assembly import CURVE, curve
 from tuner.extensions.autopilots.parameters import Values
@@ -83,7 +84,7 @@ def _vehicle_parameters(request: Request, dialect: ranges.Dialect) -> VehiclePar
 
 
 def _previous(file: ReadableFile, dialect: ranges.Dialect) -> dict[str, float]:
-    values = read_param(file)
+    values = read_param(plain(file))
     ranges.check_names(values, dialect, file)
     if old := modernized(values, file).renamed:
         message = (

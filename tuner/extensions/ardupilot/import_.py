@@ -12,6 +12,7 @@ from plant.quadrotor.airframes.actuation import actuation
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
 from tuner.extensions.ardupilot.map import ArduPilot
+from tuner.extensions.ardupilot.other_files import resolved
 from tuner.extensions.ardupilot.ranges import AROUND, DIALECTS, FIRMWARES, SHORT, Dialect, check_names
 from tuner.extensions.ardupilot.text import OLDER, WHAT, Modern, modernized, read_param
 from tuner.extensions.autopilots.assembly import (
@@ -26,6 +27,7 @@ from tuner.extensions.autopilots.assembly import (
 )
 from tuner.extensions.autopilots.cascade import ParameterFile, cascade_for, imported
 from tuner.extensions.autopilots.parameters import defaults, stated
+from tuner.extensions.autopilots.resolution import plain_file
 from tuner.gains.ranges import LONGEST, SHORTEST
 
 VERSION = Option(FIRMWARE, "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
@@ -44,6 +46,8 @@ READ_AS = {"4.6": ("4.5", "4.6"), "4.7": ("4.7", "4.8")}
 def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     dialect = DIALECTS[settings[FIRMWARE]]
+    other = resolved(file)
+    file = plain_file(file, other)
     plain = read_param(file)
     check_names(plain, dialect, file)
     version = stated(file, WHAT).version
@@ -62,6 +66,7 @@ def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) ->
         for terms in (("FF", "vxy_ff", "vz_ff", "az_ff"), ("FLTE", "vxy_flte", "vz_flte"))
     )
     notes = (
+        *(() if other is None else other.notes),
         f"Read as {target}, with the rotors of the airframe {airframe.name} in the frame that the vehicle is set up with.",
         *version_note(version, target, READ_AS[dialect.firmware]),
         *_old_notes(modern),

@@ -6,5 +6,6 @@ HOME = "tuner.extensions.autopilots"
 EXTENSION = Extension(
     name="autopilots",
     about="Parts that the autopilots share: cascades, parameter files, boards in the loop.",
+    requires=("logs",),
     listings={"firmwares": f"{HOME}.registry:list_firmwares"},
 )

@@ -7,10 +7,11 @@ from functools import cache
 from pathlib import Path
 
 from plant.errors import InputError, UnsupportedVersionError
-from plant.input_files import ReadableFile, given_text
+from plant.input_files import InputFile, ReadableFile, given_content, given_text
 from tuner.extension import objects
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
 from tuner.extensions.autopilots.parameters import single
+from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, Resolved
 from tuner.extensions.autopilots.vehicle_facts import VehicleFact
 from tuner.study.targets import TARGETS
 
@@ -34,16 +35,17 @@ class Source:
         values: Return every parameter of a file; InputError names file and parameter.
         version: Return the version that a file states, major.minor, None if silent.
         options: Return the options of the import of a file.
-        is_command_line: True for lines of a command line, with profiles, whole numbers and words.
-        resets: A line with which a file sets everything else to its default.
+        is_command_line: True for lines of a command line, with whole numbers and words.
         rate_gain: Name of a gain of a rate loop.
         versions: First and last version, major and minor, whose names and units are known; None: the reader refuses others.
         is_of_known_units: Return True for a file whose names, or version, decide the units.
         wiring: Return the settings of a file that are no parameters.
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
-        profile: Return the number of the profile that a file of a command line selects.
         facts: Return the facts on the vehicle among the parameters of a file.
+        loaded_over: Return the text of a file with another one loaded over it; None: a parameter replaces that of its name.
+        resolved: Return the parameters of a log, a script or a file that includes others as text; None for any other file.
+        is_log: Return True for the content of a flight log of the firmware.
         rank: Place among the sources: a lower one looks at a file first.
     """
 
@@ -57,11 +59,12 @@ class Source:
     is_of_known_units: Callable[[ReadableFile], bool] = lambda _: True
     wiring: Callable[[ReadableFile], Values] = lambda _: {}
     is_command_line: bool = False
-    resets: re.Pattern[str] | None = None
     left_out: frozenset[str] = frozenset()
     scaling: frozenset[str] = frozenset()
-    profile: Callable[[ReadableFile], int] = lambda _: 0
     facts: Callable[[Values], Sequence[VehicleFact]] = lambda _: ()
+    loaded_over: Callable[[ReadableFile, ReadableFile], str] | None = None
+    resolved: Callable[[ReadableFile], Resolved | None] = lambda _: None
+    is_log: Callable[[bytes], bool] = lambda _: False
     rank: int = 0
 
     def name_in(self, line: str) -> str | None:
@@ -91,7 +94,10 @@ def fixed_options(name: str, *keys: str) -> Callable[[ReadableFile], dict[str, s
 
 def guess_source(file: ReadableFile) -> str:
     """Return the source of a file; InputError where nothing is recognized."""
-    text = given_text(file, f"give {WHAT}")
+    content = given_content(file, f"give {WHAT}", MAX_LOG_BYTES)
+    if log := next((name for name, source in sources().items() if source.is_log(content)), None):
+        return log
+    text = given_text(InputFile(Path(file), content), f"give {WHAT}")
     if text.lstrip().startswith("{"):
         return GAINS
     lines = text.splitlines()
@@ -112,9 +118,9 @@ def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float
 
 def overlaid(source: Source, before: ReadableFile, after: ReadableFile) -> str:
     """Return the parameters of a vehicle after loading a file, as text."""
+    if source.loaded_over is not None:
+        return source.loaded_over(before, after)
     later = given_text(after, f"give {WHAT}").splitlines()
-    if source.resets is not None and any(source.resets.fullmatch(line) for line in later):
-        return "\n".join(later)
     replaced = {name for line in later if (name := source.name_in(line)) is not None}
     lines, current = list[str](), None
     for line in given_text(before, f"give {WHAT}").splitlines():
@@ -122,8 +128,7 @@ def overlaid(source: Source, before: ReadableFile, after: ReadableFile) -> str:
         current = source.name_in(line) or (current if line.startswith("    ") else None)
         if current not in replaced:
             lines.append(line)
-    profile = [f"profile {source.profile(before)}"] if source.is_command_line else []
-    return "\n".join([*lines, *profile, *later]) + "\n"
+    return "\n".join([*lines, *later]) + "\n"
 
 
 def check_versions(source: Source, before: ReadableFile, after: ReadableFile) -> None:

@@ -18,6 +18,7 @@ from tuner.extensions.autopilots.assembly import CURVE, curve
 from tuner.extensions.autopilots.parameters import ParameterInfo, defaults, option_changes, parameters
 from tuner.extensions.autopilots.scales import Motors, command_slope, motors_text
 from tuner.extensions.betaflight import native_loops
+from tuner.extensions.betaflight.commands import read_cli
 from tuner.extensions.betaflight.import_ import IMPORTER
 from tuner.extensions.betaflight.map import (
     ANGLE_LIMIT,
@@ -35,7 +36,6 @@ from tuner.extensions.betaflight.rpm_filter import with_notches
 from tuner.extensions.betaflight.text import (
     parse_integer,
     profile,
-    read_cli,
     read_numbers,
     read_release,
     read_selected,

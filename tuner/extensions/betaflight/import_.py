@@ -39,6 +39,8 @@ from tuner.extensions.autopilots.assembly import (
 )
 from tuner.extensions.autopilots.parameters import defaults
 from tuner.extensions.autopilots.pid import weighted
+from tuner.extensions.betaflight.command_notes import command_notes
+from tuner.extensions.betaflight.commands import read_profile
 from tuner.extensions.betaflight.map import (
     EXTRA,
     FILTERS,
@@ -47,6 +49,7 @@ from tuner.extensions.betaflight.map import (
     RELEASES,
     SWITCHES,
     TABLE,
+    USUAL,
     Release,
     betaflight_torque,
     from_betaflight,
@@ -64,12 +67,11 @@ from tuner.extensions.betaflight.remainder import (
     vehicle_record,
 )
 from tuner.extensions.betaflight.rpm_filter import rpm_read
-from tuner.extensions.betaflight.text import profile, read_cli, read_mixer, read_numbers, read_release
+from tuner.extensions.betaflight.text import profile, read_mixer, read_numbers, read_release
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
 D_SCALE = 0.000529
-# The release that a file is read as where it does not say, and the names that tell of an older one.
-USUAL = "2025.12"
+# Names of a release before 2025.12.
 OLDEST = RELEASES["4.3"].renamed
 MIXERS = ("QUADX", "QUADP")
 HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflight has not, 1/s", default="2")
@@ -81,8 +83,10 @@ PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and setting."""
     stated = read_release(file)
-    release = stated or RELEASES[USUAL]
-    texts = renamed(read_cli(file, profile(settings)), release, stated is not None, file)
+    release = stated or USUAL
+    number_of_profile = profile(settings)
+    chosen = read_profile(file, number_of_profile)
+    texts = renamed(chosen.values, release, stated is not None, file)
     check_law(texts, read_mixer(file), file)
     numbers = read_numbers(texts, NATIVE_TABLE, stated, file)
     given = {name: value for name, value in numbers.items() if name in TABLE}
@@ -124,7 +128,10 @@ def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) ->
     is_native = settings[LOOPS.name] != OUR_LOOPS
     record = vehicle_record(file, name, settings, texts, is_native)
     untouched = untouched_settings(texts)
-    listed = untouched_note(untouched, texts)
+    listed = (
+        *command_notes(file, number_of_profile, chosen, release.name),
+        *untouched_note(untouched, texts),
+    )
     if not is_native:
         flown = replace(controller(file, airframe, gains, tilt, settings), vehicle=record)
         return ImportedController(flown, (*notes, *listed, assumed_note(settings)), untouched)

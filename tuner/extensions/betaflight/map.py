@@ -125,6 +125,8 @@ RELEASES = {
         Release("2026.12"),
     )
 }
+USUAL = RELEASES["2025.12"]
+"""Release of a file that names none."""
 
 
 def _adrc(axis: str, wo: float) -> list[ParameterInfo]:

@@ -6,10 +6,12 @@ from plant.input_files import ReadableFile
 from tuner.extensions.autopilots.assembly import LOOPS
 from tuner.extensions.autopilots.sources import EVERY, PERIOD, PROFILE, Source, Values, fixed_options
 from tuner.extensions.betaflight import text
+from tuner.extensions.betaflight.commands import loaded_over, read_cli
 from tuner.extensions.betaflight.facts import betaflight_facts
-from tuner.extensions.betaflight.import_ import USUAL, renamed
-from tuner.extensions.betaflight.map import RELEASES
+from tuner.extensions.betaflight.import_ import renamed
+from tuner.extensions.betaflight.map import USUAL
 from tuner.extensions.betaflight.native_loops import FOLLOWING, SILENT
+from tuner.extensions.betaflight.presets import command_lines, resolved_preset, stated_versions
 
 
 def _profile(file: ReadableFile) -> int:
@@ -19,17 +21,18 @@ def _profile(file: ReadableFile) -> int:
 def _values(file: ReadableFile) -> Values:
     """Return the settings of the active profile by the names of 2025.12."""
     release = text.read_release(file)
-    texts = text.read_cli(file, _profile(file))
-    return renamed(texts, release or RELEASES[USUAL], release is not None, file)
+    texts = read_cli(file, _profile(file))
+    return renamed(texts, release or USUAL, release is not None, file)
 
 
 def _version(file: ReadableFile) -> str | None:
-    release = text.read_release(file)
-    return None if release is None else release.name
+    release, versions = text.read_release(file), stated_versions(command_lines(file))
+    # A preset for several releases is of none of them alone.
+    return None if release is None or len(versions) > 1 else release.name
 
 
 SOURCE = Source(
-    re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
+    re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*|#\$ FIRMWARE_VERSION:.*"),
     re.compile(r"\s*set\s+([a-z0-9_]+)\s*=.*"),
     _values,
     _version,
@@ -42,9 +45,9 @@ SOURCE = Source(
     is_of_known_units=text.states_release,
     wiring=text.read_wiring,
     is_command_line=True,
-    resets=re.compile(r"\s*defaults\b.*"),
     left_out=frozenset(SILENT) - set(FOLLOWING.values()),
-    profile=_profile,
+    loaded_over=loaded_over,
+    resolved=resolved_preset,
     rank=1,
     facts=betaflight_facts,
 )

@@ -15,6 +15,7 @@ from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
 from tuner.documents.assessment import EXIT_CODES, REFUSED, AssessmentDocument
 from tuner.exchange.aboard import plain_name
+from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES
 from tuner.extensions.autopilots.sources import GAINS, differing_values, guess_source, sources
 from tuner.extensions.judge.assessing import Stages, assess
 from tuner.extensions.judge.document import ReadBackDocument
@@ -163,7 +164,7 @@ def judge(
             announce_compilation(heard)
             document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
-            document = write(document, given.before, folder)
+            document = write(document, given.read_before, folder)
     return Assessment(document, None if folder is None else folder.path)
 
 
@@ -191,7 +192,7 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
         True
 
     """
-    files = InputFile(Path(written)), InputFile(Path(dump))
+    files = InputFile(Path(written), most=MAX_LOG_BYTES), InputFile(Path(dump), most=MAX_LOG_BYTES)
     names = [find_source(source) if source is not None else guess_source(file) for file in files]
     if names[0] != names[1]:
         raise InputError(

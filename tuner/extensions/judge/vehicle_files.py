@@ -12,6 +12,7 @@ from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gain
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import import_parameters
 from tuner.exchange.registry import importer as find_importer
+from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, Resolved, plain_file
 from tuner.extensions.autopilots.sources import (
     GAINS,
     Values,
@@ -114,6 +115,21 @@ class GivenFiles:
     guessed: str | None
 
     @cached_property
+    def read_after(self) -> InputFile:
+        """The file to judge as text, with its includes."""
+        return plain_file(self.after, self.resolved_after)
+
+    @cached_property
+    def read_before(self) -> InputFile | None:
+        """The present gains likewise, loadable as a rollback."""
+        return None if self.before is None else plain_file(self.before, _resolved(self.before, self.source))
+
+    @cached_property
+    def resolved_after(self) -> Resolved | None:
+        """A log, a script or a preset with includes as text."""
+        return _resolved(self.after, self.source)
+
+    @cached_property
     def chosen(self) -> Airframe:
         """The airframe of parameter files: as named, or the class of the firmware."""
         if self.airframe is None:
@@ -123,7 +139,7 @@ class GivenFiles:
     @cached_property
     def facts(self) -> Sequence[VehicleFact]:
         """Facts on the vehicle, those of the present file first."""
-        kind, files = sources()[self.source], (self.before, self.after)
+        kind, files = sources()[self.source], (self.read_before, self.read_after)
         # Names mean what they mean in a known version only.
         if self.version_fault:
             return ()
@@ -138,7 +154,7 @@ class GivenFiles:
     @cached_property
     def version_fault(self) -> str:
         """The fault in the version of the firmware, "" without one."""
-        files = [file for file in (self.after, self.before) if file is not None]
+        files = [file for file in (self.read_after, self.read_before) if file is not None]
         return "" if self.source == GAINS else version_fault(sources()[self.source], files)
 
     @property
@@ -156,7 +172,8 @@ def name_files(given: Path, present: Path | None, source: str | None, airframe: 
         source: Firmware of both, or "gains"; None to guess it.
         airframe: Name or file of the vehicle, None if none is named.
     """
-    after, before = InputFile(given), None if present is None else InputFile(present)
+    after, before = (None if path is None else InputFile(path, most=MAX_LOG_BYTES) for path in (given, present))
+    assert after is not None
     name = guess_source(after) if source is None else find_source(source)
     guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
     if before is not None and source is None and (other := guess_source(before)) != name:
@@ -170,14 +187,25 @@ def read_subjects(given: GivenFiles) -> Subjects:
     if name == GAINS:
         return _read_gains_files(after, before, given.airframe, given.guessed)
     vehicle, assumed, contradicted = given.vehicle, given.assumed, contradictions(given.facts, given.chosen)
-    alone = read_parameter_file(after, name, vehicle)
-    if before is None:
-        return Subjects(alone, None, assumed, given.guessed, contradicted)
-    earlier = read_parameter_file(before, name, vehicle)
-    check_versions(sources()[name], before, after)
-    merged = InputFile(after.path, overlaid(sources()[name], before, after).encode())
+    alone = _with_part_of(after, read_parameter_file(given.read_after, name, vehicle))
+    notes = () if given.resolved_after is None else given.resolved_after.notes
+    if before is None or given.read_before is None:
+        return Subjects(replace(alone, notes=(*notes, *alone.notes)), None, assumed, given.guessed, contradicted)
+    earlier = _with_part_of(before, read_parameter_file(given.read_before, name, vehicle))
+    check_versions(sources()[name], given.read_before, given.read_after)
+    merged = InputFile(after.path, overlaid(sources()[name], given.read_before, given.read_after).encode())
     together = read_parameter_file(merged, name, vehicle)
-    return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed, contradicted)
+    later = replace(together, path=after, part=alone.part, notes=(*notes, *together.notes))
+    return Subjects(later, earlier, assumed, given.guessed, contradicted)
+
+
+def _resolved(file: InputFile, source: str) -> Resolved | None:
+    return None if source == GAINS else sources()[source].resolved(file)
+
+
+def _with_part_of(given: InputFile, read: GainsFile) -> GainsFile:
+    """Return a resolved file with path and digest of the given one."""
+    return replace(read, path=given, part=file_part(given, read.part.source, read.part.version))
 
 
 def find_source(name: str) -> str:
@@ -204,7 +232,7 @@ def read_parameter_file(path: ReadableFile, source: str, airframe: Airframe) -> 
 
 def file_part(path: ReadableFile, source: str, version: str | None = None) -> AssessedFile:
     """Return the entry of a file in a document."""
-    return AssessedFile(file=str(path), source=source, version=version, sha256=file_sha256(path))
+    return AssessedFile(file=str(path), source=source, version=version, sha256=file_sha256(path, MAX_LOG_BYTES))
 
 
 def parameter_change(name: str, before: str | float | None, after: str | float | None) -> ParameterChange:

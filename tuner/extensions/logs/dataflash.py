@@ -60,6 +60,13 @@ def read_dataflash(content: bytes, name: str, digest: str) -> FlightLog:
     )
 
 
+def logged_tables(content: bytes, messages: tuple[str, ...], name: str) -> dict[str, np.ndarray]:
+    """Return the tables of messages that a log describes, by their names; name: that of the file for errors."""
+    kinds, parts = _messages(content, messages)
+    described = {kind.name for kind in kinds.values()}
+    return {message: _table(kinds, parts, message, name) for message in messages if message in described}
+
+
 def _setpoint(kinds: dict[int, _Described], parts: dict[str, list[bytes]], name: str) -> Array | None:
     """Return times [s] and setpoints of the rates [rad/s] (k, 4); None without them."""
     if not parts["RATE"]:
@@ -91,8 +98,8 @@ def _messages(content: bytes, wanted: tuple[str, ...]) -> tuple[dict[int, _Descr
 
 def _described(body: bytes) -> dict[int, _Described]:
     """Return the kind described by a format message, by its type; nothing where the two lengths disagree."""
-    number, length, name = body[0], body[1], _text(body[2:6])
-    letters, fields = _text(body[6:22]), _text(body[22:]).split(",")
+    number, length, name = body[0], body[1], field_text(body[2:6])
+    letters, fields = field_text(body[6:22]), field_text(body[22:]).split(",")
     fits = (
         len(letters) == len(fields) == len(set(fields)) and all(fields) and all(letter in LETTERS for letter in letters)
     )
@@ -102,7 +109,8 @@ def _described(body: bytes) -> dict[int, _Described]:
     return {number: _Described(name, record)} if record.itemsize + 3 == length else {}
 
 
-def _text(field: bytes) -> str:
+def field_text(field: bytes) -> str:
+    """Return the text in a field of fixed length."""
     return field.split(b"\0")[0].decode("ascii", "replace")
 
 

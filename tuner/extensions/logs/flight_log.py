@@ -15,6 +15,8 @@ STANDARD_GRAVITY = 9.80665
 FRD_TO_FLU = np.array([1.0, -1.0, -1.0])
 # Fewest samples that anything can be said of, and longest flight that is read [s].
 MIN_SAMPLES, LONGEST = 200, 7200.0
+MAX_LOG_BYTES = 2**28
+"""Largest log that is read [bytes]: an hour of a Crazyflie's is 180 MB."""
 # A pause longer than this breaks a log into stretches, in median sampling periods and [s].
 PAUSE_PERIODS, PAUSE = 25.0, 0.1
 # A gap of more than so many median periods lost samples.

@@ -12,12 +12,9 @@ from tuner.extensions.logs.blackbox import is_blackbox, read_blackbox
 from tuner.extensions.logs.crazyflie import is_crazyflie, read_crazyflie
 from tuner.extensions.logs.csv_table import read_csv
 from tuner.extensions.logs.dataflash import is_dataflash, read_dataflash
-from tuner.extensions.logs.flight_log import FlightLog, checked
+from tuner.extensions.logs.flight_log import MAX_LOG_BYTES, FlightLog, checked
 from tuner.extensions.logs.mapping import read_mapping
 from tuner.extensions.logs.ulog import is_ulog, read_ulog
-
-MAX_LOG_BYTES = 2**28
-"""Largest log that is read [bytes]: an hour of a Crazyflie's is 180 MB."""
 
 
 class Reader(NamedTuple):

@@ -16,6 +16,7 @@ from tuner.extensions.autopilots.pid import rate_filters, rate_sources, setpoint
 from tuner.extensions.autopilots.scales import Motors, command_slope, motors, motors_text
 from tuner.extensions.px4.import_ import IMPORTER
 from tuner.extensions.px4.map import INTEGRAL_LIMITS, LOOP_RATE, MODEL, PX4, THRUST_MODEL, USUAL_RATE, YAW_FILTER, Px4
+from tuner.extensions.px4.other_files import plain
 from tuner.extensions.px4.text import read_params
 from tuner.gains import Controller
 
@@ -42,7 +43,7 @@ def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in PX4 or leave its documented ranges."""
     vehicle = request.controller.airframe.vehicle
     px4 = Px4(PX4.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings)))
-    present = vehicle_parameters(request, PX4.target, read_params)
+    present = vehicle_parameters(request, PX4.target, lambda file: read_params(plain(file)))
     rate = None if present is None else present.values.get(LOOP_RATE)
     return px4.export(
         request,

@@ -22,7 +22,9 @@ from tuner.extensions.autopilots.assembly import (
 )
 from tuner.extensions.autopilots.cascade import ParameterFile, cascade_for, imported
 from tuner.extensions.autopilots.parameters import Values, defaults, stated
+from tuner.extensions.autopilots.resolution import plain_file
 from tuner.extensions.px4.map import AROUND, HOVER, LOOP_RATE, PX4, TABLE, Px4
+from tuner.extensions.px4.other_files import resolved
 from tuner.extensions.px4.text import VERSION, WHAT, read_params
 from tuner.gains.ranges import LONGEST, SHORTEST
 from tuner.text.sentences import SAME
@@ -33,6 +35,8 @@ MIN_WEIGHT = 1e-4
 
 def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
+    other = resolved(file)
+    file = plain_file(file, other)
     given = read_params(file)
     cascade = cascade_for(PX4, settings)
     px4 = Px4(PX4.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
@@ -40,6 +44,7 @@ def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) ->
     usual = {name: value for name, value in defaults(TABLE).items() if name != HOVER}
     feed = tuple(f"MC_{axis.upper()}RATE_FF" for axis in ATTITUDE_AXES)
     notes = (
+        *(() if other is None else other.notes),
         f"Read as {PX4.name}, with the rotors of the airframe {airframe.name} in its CA_ROTORi_*.",
         *version_note(stated(file, WHAT).version, PX4.name, (VERSION,)),
         *_period(given, number(settings, "control_period", SHORTEST, LONGEST, "s")),

@@ -105,12 +105,6 @@ def test_settings_behind_a_rate_profile_reach_the_loops(tmp_path):
     assert merged["dterm_lpf1_static_hz"] == "150"
 
 
-def test_sliders_that_the_vehicle_turns_into_gains_are_refused(tmp_path):
-    file = write(tmp_path, "set simplified_pi_gain = 146\nsimplified_tuning apply\n")
-    with pytest.raises(InputError, match="simplified_tuning apply.*diff all"):
-        sources()["betaflight"].values(file)
-
-
 def test_files_of_two_versions_are_refused(tmp_path):
     old, new = (write(tmp_path, BETAFLIGHT.format(v, 45), v) for v in ("2025.12", "2026.6"))
     with pytest.raises(InputError, match=r"2026\.6.*of 2025\.12"):

@@ -186,7 +186,6 @@ def test_derivative_counted_as_inertia(tmp_path):
         ("set p_pitch = 580\n", "p_pitch: given 580; allowed 0 to 250"),
         ("set dterm_lpf1_static_hz = -1\n", "dterm_lpf1_static_hz: given -1; allowed 0 to 1000"),
         ("set p_roll = nan\n", "p_roll: given 'nan'; this must be a whole number"),
-        ("set p_roll = 40\nprofile 0\nset p_roll = 41\n", "p_roll: given twice, as 40 and as 41"),
         ("set angle_level_strength = 50\n", "angle_level_strength: .* now angle_p_gain"),
         ("set pid_type = ADRC\n", "pid_type: given ADRC"),
         ("set use_integrated_yaw = ON\n", "use_integrated_yaw: given ON"),
@@ -278,12 +277,6 @@ def test_files_with_rate_profiles_that_differ_are_taken_as_previous(seed, tmp_pa
     file = write(tmp_path, _dump(seed))
     made = TARGET.export(Request(pid("iris"), "ab" * 32, settings_of(TARGET, ()), file))
     assert "set p_roll = 51" in made.rollback[FILE].decode()
-
-
-def test_a_gain_of_the_loops_in_two_rate_profiles_is_refused(tmp_path):
-    text = "profile 0\nset p_roll = 50\nrateprofile 0\nset p_pitch = 10\nrateprofile 1\nset p_pitch = 20\n"
-    with pytest.raises(InputError, match="given twice, as 10 and as 20"):
-        read("betaflight", write(tmp_path, text), airframe="iris")
 
 
 OWN = """# Betaflight / STM32F7X2 (S7X2) 2025.12.1 Dec 20 2025 / 18:22:02 (77d01ba3b) MSP API: 1.47
