@@ -146,7 +146,7 @@ SETTINGS = (
     Setting("betaflight", "pidsum_limit", LIMIT, "500", _CLI),
     Setting("betaflight", "pidsum_limit_yaw", LIMIT, "400", _CLI),
     Setting("betaflight", "roll_rate_limit pitch_rate_limit yaw_rate_limit", LIMIT, "1998", _CLI),
-    Setting("betaflight", "acc_limit acc_limit_yaw", LIMIT, None, _CLI),
+    Setting("betaflight", "acc_limit acc_limit_yaw", LIMIT, "0", _CLI),
     Setting("betaflight", "throttle_limit_type", LIMIT, "OFF", _CLI),
     Setting("betaflight", "throttle_limit_percent", LIMIT, "100", _CLI),
     Setting("betaflight", "vbat_sag_compensation", SCALE, "0", _CLI),

@@ -128,3 +128,10 @@ def test_a_long_list_is_counted():
 )  # fmt: skip
 def test_values_are_the_same_as_numbers_or_as_words(one, other, same):
     assert is_same_value(one, other) == is_same_value(other, one) == same
+
+
+def test_a_limit_at_its_default_is_that_of_a_file_that_lacks_it():
+    """Every published tune sets both to 0, as src/main/flight/pid.c of the firmware has them, and a `diff` lacks them."""
+    limits = {"acc_limit": "0", "acc_limit_yaw": "0"}
+    assert not list(changed_configuration("betaflight", {}, limits))
+    assert len(list(changed_configuration("betaflight", limits, {"acc_limit": "10"}))) == 1
