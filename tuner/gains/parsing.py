@@ -22,8 +22,10 @@ IMPORT = "`tuner import FILE --from SOURCE --airframe NAME` writes one from a ve
 def parsed(path: Path) -> Row:
     """Return the content; raises InputError where it is no JSON object, or one with a key twice."""
     text = given_text(path, WANTED)
-    if not text.lstrip().startswith(("{", "[")):
-        raise InputError(f"not JSON; {WANTED}: {IMPORT}", file=path)
+    content = text.lstrip()
+    if not content.startswith(("{", "[")):
+        line = 1 + text[: len(text) - len(content)].count("\n")
+        raise InputError(f"not JSON, line {line} begins with no {{; {WANTED}: {IMPORT}", file=path)
     document = json_table(text, path)
     twice: list[str] = []
     json.loads(text, object_pairs_hook=lambda pairs: _noting_twice(pairs, twice))

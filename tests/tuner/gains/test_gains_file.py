@@ -188,8 +188,9 @@ def test_no_json(tmp_path):
         ("[" * 50_000, "nested deeper"),
         ('{"a": ' + 5000 * "9" + "}", "not JSON that can be read"),
         ("[1]", "no JSON object"),
-        ("1\t1\tMC_ROLL_P\t6.5\t9\n", "not JSON; .*tuner import FILE --from SOURCE"),
-        ("", "not JSON; "),
+        ("1\t1\tMC_ROLL_P\t6.5\t9\n", "not JSON, line 1 .*tuner import FILE --from SOURCE"),
+        ("\n\nMC_ROLL_P", "not JSON, line 3 "),
+        ("", "not JSON, line 1 "),
     ],
 )
 def test_json_that_no_gains_file_is(tmp_path, text, words):
