@@ -1,6 +1,6 @@
 """Parts of sentences: lists, counted nouns, limits."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from tuner.text.numbers import count, significant
 
@@ -11,6 +11,12 @@ def listing(names: Iterable[str]) -> str:
     """Return "a", "a and b", "a, b and c"; "" for none."""
     *others, last = list(names) or [""]
     return f"{', '.join(others)} and {last}" if others else last
+
+
+def first_texts(texts: Sequence[str], most: int) -> str:
+    """Return the first of several texts, and the number of the others."""
+    further = len(texts) - most
+    return ", ".join(texts[:most]) + (f" and {further} more" if further > 0 else "")
 
 
 def capitalized(text: str) -> str:

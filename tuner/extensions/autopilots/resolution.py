@@ -7,11 +7,12 @@ from plant.input_files import InputFile
 from tuner.extensions.autopilots.parameters import positional
 from tuner.extensions.logs.flight_log import MAX_LOG_BYTES
 from tuner.extensions.logs.logged_parameters import LoggedParameters
+from tuner.text.sentences import first_texts
 
-__all__ = ["MAX_LOG_BYTES", "Resolved", "log_notes", "plain_file"]
+__all__ = ["MAX_LOG_BYTES", "MAX_NAMES", "Resolved", "log_notes", "plain_file"]
 File = TypeVar("File", Path, InputFile, Path | InputFile)
 MAX_NAMES = 10
-"""Largest number of parameters that a sentence names."""
+"""Largest number of parameters or lines that a sentence names."""
 
 
 class Resolved(NamedTuple):
@@ -34,5 +35,4 @@ def log_notes(log: LoggedParameters) -> tuple[str, ...]:
     if not log.changed:
         return (count,)
     changes = [f"{name} {positional(old)} to {positional(new)}" for name, (old, new) in log.changed.items()]
-    further = f" and {len(changes) - MAX_NAMES} more" if len(changes) > MAX_NAMES else ""
-    return (count, f"Changed during the log, and not read so: {', '.join(changes[:MAX_NAMES])}{further}.")
+    return (count, f"Changed during the log, and not read so: {first_texts(changes, MAX_NAMES)}.")

@@ -5,11 +5,9 @@ from collections.abc import Iterator
 from plant.errors import shortened
 from plant.input_files import ReadableFile
 from tuner.extensions.betaflight.commands import ProfileSettings
-from tuner.extensions.betaflight.presets import command_lines, options_note, stated_versions
+from tuner.extensions.betaflight.presets import MAX_NAMES, command_lines, options_note, stated_versions
 from tuner.extensions.betaflight.text import read_selected
-
-MAX_NAMES = 20
-"""Largest number of settings that a sentence names."""
+from tuner.text.sentences import first_texts
 
 
 def command_notes(file: ReadableFile, profile: int, settings: ProfileSettings, release: str) -> Iterator[str]:
@@ -26,10 +24,10 @@ def command_notes(file: ReadableFile, profile: int, settings: ProfileSettings, r
         yield f"A preset for Betaflight {', '.join(versions)}, read as {release}."
     if settings.repeated:
         changes = [f"{name} {' to '.join(map(shortened, _ends(texts)))}" for name, texts in settings.repeated.items()]
-        yield f"Set more than once; the last value counts, as on the vehicle: {_listed(changes)}."
+        yield f"Set more than once; the last value counts, as on the vehicle: {first_texts(changes, MAX_NAMES)}."
     if settings.applied:
         applied = [f"{name} = {value}" for name, value in settings.applied.items()]
-        yield f"'simplified_tuning apply' stores gains and cut-offs of the sliders: {_listed(applied)}."
+        yield f"'simplified_tuning apply' stores gains and cut-offs of the sliders: {first_texts(applied, MAX_NAMES)}."
     yield from options_note(lines)
     yield from _profiles_note(settings.n_settings, profile, read_selected(file))
 
@@ -49,8 +47,3 @@ def _profiles_note(n_settings: dict[int, int], profile: int, active: int | None)
 
 def _ends(texts: list[str]) -> list[str]:
     return [texts[0], texts[-1]]
-
-
-def _listed(texts: list[str]) -> str:
-    further = len(texts) - MAX_NAMES
-    return ", ".join(texts[:MAX_NAMES]) + (f" and {further} more" if further > 0 else "")

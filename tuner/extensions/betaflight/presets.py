@@ -13,6 +13,7 @@ from plant.errors import InputError, shortened
 from plant.input_files import MAX_JSON_BYTES, InputFile, ReadableFile, given_content
 from tuner.extensions.autopilots.parameters import read_lines
 from tuner.extensions.autopilots.resolution import Resolved
+from tuner.text.sentences import first_texts
 
 WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
 DIRECTIVE = re.compile(r"#\$\s*(.*)")
@@ -29,7 +30,7 @@ MAX_DEPTH = 8
 MAX_FILES = 100
 """Largest number of included presets."""
 MAX_NAMES = 20
-"""Largest number of options that a sentence names."""
+"""Largest number of options or settings that a sentence names."""
 MAX_LINES = 100_000
 """Largest number of lines."""
 
@@ -66,8 +67,7 @@ def options_note(lines: list[str]) -> tuple[str, ...]:
 
 
 def _listed(names: list[str]) -> str:
-    further = len(names) - MAX_NAMES
-    return (", ".join(names[:MAX_NAMES]) or "none") + (f" and {further} more" if further > 0 else "")
+    return first_texts(names, MAX_NAMES) or "none"
 
 
 def _checked_options(lines: list[str]) -> frozenset[str]:

@@ -11,6 +11,7 @@ from math import isclose
 from typing import NamedTuple
 
 from plant.errors import one_line, shortened
+from tuner.text.sentences import first_texts
 
 Value = str | float
 Values = Mapping[str, Value]
@@ -253,8 +254,7 @@ def configuration_reasons(firmware: str, before: Values | None, after: Values) -
 
 def listed(texts: list[str]) -> str:
     """Return the first of several texts, and the number of the others."""
-    further = len(texts) - MAX_LISTED
-    return ", ".join(texts[:MAX_LISTED]) + (f" and {further} more" if further > 0 else "")
+    return first_texts(texts, MAX_LISTED)
 
 
 def is_same_value(one: Value | None, other: Value | None) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 
-from objectives.risk import clopper_pearson, join_words
+from objectives.risk import join_words
 from objectives.risk.differences import BETTER, MIXED, WORSE
 from tuner.documents.assessment import (
     DO_NOT_FLY,
@@ -32,7 +32,7 @@ from tuner.documents.margins import LimitRow
 from tuner.documents.parts import in_shown_units
 from tuner.extensions.judge.firmware_rules import GROWTH, MAX_MS
 from tuner.extensions.judge.scenarios import NOISE
-from tuner.extensions.judge.spread_losses import MAX_LOSS
+from tuner.extensions.judge.spread_losses import MAX_LOSS, exceeds_limit
 from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
@@ -143,8 +143,7 @@ def loss_reason(scenario: AssessedScenario, limit: float) -> str:
     lost, before = scenario.lost_after, scenario.lost_before
     if before is not None and scenario.loss == WORSE:
         return f"more flights are lost ({scenario.name}): {lost.words}, before {before.words}"
-    is_lossy = float(clopper_pearson(lost.events, lost.flights).low) > limit
-    return f"flights are lost ({scenario.name}): {lost.words}" if is_lossy else ""
+    return f"flights are lost ({scenario.name}): {lost.words}" if exceeds_limit(lost, limit) else ""
 
 
 def loss_text(scenarios: Sequence[AssessedScenario]) -> str:

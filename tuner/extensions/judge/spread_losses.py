@@ -18,7 +18,7 @@ from plant.quadrotor.scenarios import ScenarioSpec, Spread, drawn_numbers
 from plant.quadrotor.vehicle import Vehicle
 from tuner.api.flight_setup import FlightSetup
 from tuner.documents.parts import ShareCount
-from tuner.extensions.autopilots.vehicle_facts import hover_command
+from tuner.extensions.autopilots.vehicle_facts import HOVER, hover_command
 from tuner.extensions.judge.vehicle_facts import WARNING_FACTOR
 from tuner.extensions.parts_list.estimate import QUANTILE
 
@@ -29,7 +29,6 @@ MAX_DEVIATION = log(WARNING_FACTOR) / QUANTILE
 """Largest standard deviation of a number's logarithm with which the number counts as known."""
 MIN_SHIFT = 0.5
 """Smallest mean deviation of lost vehicles, in standard deviations, with which a number decides."""
-HOVER = "hover command"
 WORDS = {
     "arm": ("arm", " m"),
     "inertia.x": ("inertia about x", " kg m2"),
@@ -85,15 +84,15 @@ def spread_reasons(
     return {name: reason for name, reason in reasons.items() if reason}
 
 
-def exceeds_limit(share: ShareCount) -> bool:
-    """Return True for significantly more losses than the limit allows."""
-    return float(clopper_pearson(share.events, share.flights).low) > MAX_LOSS
+def exceeds_limit(share: ShareCount, limit: float = MAX_LOSS) -> bool:
+    """Return True for significantly more losses than a limit allows."""
+    return float(clopper_pearson(share.events, share.flights).low) > limit
 
 
 def _candidates(ranges: Uncertainty, nominal: Vehicle, steps: NDArray[np.float64]) -> Iterator[Candidate]:
     """Yield the numbers that vehicles differ in, the hover command first; steps: deviations (n, names) of the vehicles."""
     commands = [hover_command(ranges.moved(nominal, step)) for step in steps]
-    yield Candidate(HOVER, "", hover_command(nominal), np.array(commands))
+    yield Candidate(HOVER.name, HOVER.unit, hover_command(nominal), np.array(commands))
     for column, name in enumerate(ranges.names):
         if name in WORDS:
             words, unit = WORDS[name]
@@ -128,7 +127,7 @@ def _advice(candidates: list[Candidate], lost: Flags) -> str:
         return "identify the vehicle from a log"
     half = float(np.median(deciding.values[lost]))
     side = "above" if shift > 0.0 else "below"
-    measure = "give the hover command, or identify" if deciding.words == HOVER else "identify"
+    measure = "give the hover command, or identify" if deciding.words == HOVER.name else "identify"
     return (
         f"{measure} the vehicle from a log; in half of those lost the {deciding.words} is {side} {half:.3g}{deciding.unit}, "
         f"in the middle {deciding.middle:.3g}{deciding.unit}"

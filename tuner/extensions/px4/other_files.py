@@ -10,10 +10,11 @@ from dataclasses import dataclass, field
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import ReadableFile, given_content, given_text
 from tuner.extensions.autopilots.parameters import NUMBER, positional
-from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, Resolved, log_notes, plain_file
+from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, MAX_NAMES, Resolved, log_notes, plain_file
 from tuner.extensions.logs.logged_parameters import ulog_parameters
 from tuner.extensions.logs.ulog import is_ulog
 from tuner.extensions.px4.text import INTEGER, NAME, REAL, WHAT
+from tuner.text.sentences import first_texts
 
 SETTING = re.compile(r"\s*param\s+set(?:-default)?\s+(?:-s\s+)?([A-Z]\w*)\s+([^\s#]+)\s*(?:fail\s*)?(?:#.*)?")
 TYPE = re.compile(r"#\s*@type\s+(\S.*?)\s*")
@@ -25,8 +26,6 @@ ONE_LINE = re.compile(r"if\s.*;\s*fi\b.*")
 AUTOMATIC = re.compile(r".*\bAUTOCNF\b.*\byes\b.*|.*param\s+compare\s+SYS_AUTOCONFIG\s+1\b.*")
 """Condition that holds where the parameters of an airframe are set."""
 INCLUDE = re.compile(r"\s*(?:\.|sh|source)\s+(\S+)")
-MAX_NAMES = 10
-"""Largest number of things that a sentence names."""
 
 
 def plain(file: ReadableFile) -> ReadableFile:
@@ -137,6 +136,4 @@ class _Script:
 
 
 def _listed(names: list[str]) -> str:
-    further = len(names) - MAX_NAMES
-    texts = [shortened(one_line(name)) for name in names[:MAX_NAMES]]
-    return ", ".join(texts) + (f" and {further} more" if further > 0 else "")
+    return first_texts([shortened(one_line(name)) for name in names], MAX_NAMES)

@@ -20,7 +20,7 @@ from tuner.search.convergence import (
     last_quarter_improvement,
 )
 from tuner.text.numbers import significant
-from tuner.text.sentences import listing
+from tuner.text.sentences import first_texts, listing
 from tuner.text.units import after_number
 
 Times = Sequence[float]
@@ -100,7 +100,7 @@ def duplicate_knees(names: Sequence[str], tuned: int, words: Mapping[int, Collec
     alike = [names[row] for row, each in words.items() if row != tuned and not {BETTER, WORSE} & set(each)]
     if not alike:
         return []
-    others = ", ".join(alike[:3]) + (f" and {len(alike) - 3} more" if len(alike) > 3 else "")
+    others = first_texts(alike, 3)
     return [
         f"{names[tuned]} is neither better nor worse than {others} in any objective. Take any of them, or raise held_out."
     ]
