@@ -115,6 +115,7 @@ class FlownSystem(Protocol):
         limits: The record of states beyond which a flight ends.
         timing: Control period and plant step.
         nominal: The record of the controller's knowledge of the plant.
+        watched: Signals that no law controls, with meters of their own.
         metered: Metrics whose own accumulators run with every flight.
         gains: All gains in the column order of a gains row.
         axes: The axes that its flights are judged on.
@@ -147,6 +148,12 @@ class FlownSystem(Protocol):
     def nominal(self) -> Any: ...  # noqa: D102
     @property
     def metered(self) -> tuple[MetricAddress, ...]: ...  # noqa: D102
+    @property
+    def watched(self) -> tuple[str, ...]: ...  # noqa: D102
+    def watching(self, names: Iterable[str]) -> Self:
+        """Return the system with meters of these axes; itself where it has them."""
+        ...
+
     @property
     def gains(self) -> tuple[GainAddress, ...]: ...  # noqa: D102
     @property

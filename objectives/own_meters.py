@@ -5,9 +5,9 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
-from objectives.flown_system import FlownSystem
+from objectives.flown_system import FlownSystem, Scenario
 from objectives.meters import AxisMeter
-from objectives.metrics.address import MetricAddress
+from objectives.metrics.address import MetricAddress, check
 from objectives.metrics.metric import Accumulator
 from objectives.metrics.over_inputs import ROTORS, over_inputs
 from plant.errors import InputError
@@ -39,11 +39,20 @@ class Place(NamedTuple):
 
 def metering(system: S, addresses: Iterable[MetricAddress]) -> S:
     """Return a system that meters some metrics; itself if it already does."""
+    addresses = list(addresses)
+    watching = system.watching(axis for each in addresses for axis in each.axes)
     metered = {each.text: each for each in system.metered}
     needed = {each.text: each for each in addresses if each.metric.accumulator is not None}
     for each in needed.values():
         _check_rate(each, system.timing.control_period)
-    return system if needed.keys() <= metered.keys() else replace(system, metered=tuple((metered | needed).values()))
+    return (
+        watching if needed.keys() <= metered.keys() else replace(watching, metered=tuple((metered | needed).values()))
+    )
+
+
+def check_on_flights(address: MetricAddress, system: FlownSystem, spec: Scenario) -> None:
+    """Raise InputError for a metric without meaning in a scenario."""
+    check(address, system.watching(address.axes).targets(spec), spec.duration)
 
 
 def _check_rate(address: MetricAddress, h: float) -> None:

@@ -1,4 +1,4 @@
-"""Meters of a plant of the user's own: those of an axis for every channel, and those of the commands over all inputs.
+"""Meters of a user's plant: those of an axis for every channel and watched signal, and those of all commands.
 
 The axis is judged by the functions that judge a quadrotor's (`objectives.meters`). Commands are counted in the scale of their
 input, from where the flight began.
@@ -13,8 +13,8 @@ from plant.records import record_type
 
 
 def meters_of(plan: LoopPlan) -> MeterModel:
-    """Return the meters of a plan's channels: one `AxisMeter` each, then travel, effort, saturated and command_peak."""
-    axes = plan.names
+    """Return the meters of a plan: an `AxisMeter` for all that is judged, then travel, effort, saturated, command_peak."""
+    axes = plan.judged
     of_flight = {"travel": float, "effort": float, "saturated": float, "command_peak": float}
     Meters = record_type("PlantMeters", {**dict.fromkeys(axes, AxisMeter), **of_flight})
     names = {
@@ -36,7 +36,7 @@ def _update_lines(plan: LoopPlan) -> list[str]:
     largest = "meters.command_peak"
     for name, scale in sizes.items():
         largest = f"maximum({largest}, {scale!r} * absolute(sample.command.{name}))"
-    updated = [f"update_axis(meters.{n}, sample.{n}, targets.{n}, sample.time, h)" for n in plan.names]
+    updated = [f"update_axis(meters.{n}, sample.{n}, targets.{n}, sample.time, h)" for n in plan.judged]
     return [
         "def update(meters, sample, targets, h):",
         f"    moved = {moved}",

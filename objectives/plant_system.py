@@ -23,7 +23,7 @@ from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
 from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
-from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
+from plant.model.plan import Actuator, Channel, LoopPlan, WatchedSignal, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, draw_plant_scenarios
 from plant.model.units import gain_unit
@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 class PlantBounds:
     """Bounds of the flights of a plant, see `objectives.metrics.context.Bounds`.
 
-    errors: largest |e| of each channel, in its unit; low, high: range of each input in its scale; h: control period [s].
+    errors: largest |e| of each channel and |value| of each other signal, in its unit. low, high: range of inputs in their scales.
+    h: control period [s].
     """
 
     errors: dict[str, float]
@@ -78,6 +79,7 @@ class PlantParts:
         actuators: Actuators of its inputs.
         parameters: Nominal ones, in the order of the record.
         timing: Its periods.
+        watched: Signals with meters of their own.
     """
 
     make: Callable[[], PlantModel]
@@ -85,11 +87,12 @@ class PlantParts:
     actuators: tuple[Actuator, ...]
     parameters: tuple[float, ...]
     timing: Timing
+    watched: tuple[WatchedSignal, ...] = ()
 
     def system(self) -> "PlantSystem":
         """Build the system."""
         plant = self.make()
-        plan = plan_loop(plant, channels_of(self.channels), self.actuators)
+        plan = replace(plan_loop(plant, channels_of(self.channels), self.actuators), watched=self.watched)
         return PlantSystem(plant, plan, pack(plant.Parameters, list(self.parameters)), self.timing)
 
 
@@ -147,8 +150,8 @@ class PlantSystem:
 
     @property
     def limits(self) -> Any:
-        """Largest |error| of every channel, in its unit."""
-        return self.loop.records.Limits(*[channel.limit for channel in self.plan.channels])
+        """Largest |error| of every channel and watched signal, in its unit."""
+        return self.loop.records.Limits(*self.plan.limits.values())
 
     @property
     def gains(self) -> tuple[GainAddress, ...]:
@@ -172,9 +175,32 @@ class PlantSystem:
 
     @property
     def axes(self) -> Axes:
-        """The channels as axes of the metrics, each a group by itself."""
-        units = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
+        """All channels, outputs and inputs as axes of the metrics."""
+        channels = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
+        units = {
+            name: self.plant.unit(f"{record}.{name}") for name, record in self._signals_by_record.items()
+        } | channels
+        units = {name: units[name] for name in (*channels, *units)}
         return Axes(units, {name: (name,) for name in units})
+
+    @property
+    def _signals_by_record(self) -> dict[str, str]:
+        """The record of each output and input, "Output" or "Input"; an output precedes an input of its name."""
+        outputs = dict.fromkeys(paths(self.plant.Output), "Output")
+        return outputs | {name: "Input" for name in paths(self.plant.Input) if name not in outputs}
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Signals that no channel controls, with meters of their own."""
+        return tuple(signal.name for signal in self.plan.watched)
+
+    def watching(self, names: Iterable[str]) -> "PlantSystem":
+        """Return the system with meters of these signals too."""
+        added = tuple(dict.fromkeys(name for name in names if name not in self.plan.judged))
+        if not added:
+            return self
+        watched = [WatchedSignal(name, self._signals_by_record[name]) for name in added]
+        return replace(self, plan=self.plan.watching(watched))
 
     def slope(self, parameters: Any) -> "Slope":
         """Return the body at rest, and its derivative a period later.
@@ -199,8 +225,15 @@ class PlantSystem:
 
     @property
     def signals(self) -> dict[str, str]:
-        """The channels, in the units of their outputs, then the inputs."""
-        return {**self.axes.units, **{name: self.plant.unit(f"Input.{name}") for name in paths(self.plant.Input)}}
+        """Units of channels, then of watched outputs, then of inputs."""
+        units = self.axes.units
+        shown = (*self.plan.names, *self._watched_outputs)
+        inputs = {name: self.plant.unit(f"Input.{name}") for name in paths(self.plant.Input)}
+        return {**{name: units[name] for name in shown}, **inputs}
+
+    @property
+    def _watched_outputs(self) -> list[str]:
+        return [signal.name for signal in self.plan.watched if signal.record == "Output"]
 
     def responses(self, trace: np.ndarray, references: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return signals and their references (scenarios, instants, signals), see `FlownSystem`."""
@@ -214,9 +247,11 @@ class PlantSystem:
             else np.broadcast_to(references[:, 3 * i], actual[i].shape)
             for i, name in enumerate(plan.names)
         ]
+        others = [*(shown[..., outputs.index(name)] for name in self._watched_outputs), *np.moveaxis(inputs, -1, 0)]
+        nothing = np.full_like(actual[0], np.nan)
         return (
-            np.concatenate([np.stack(actual, axis=-1), inputs], axis=-1),
-            np.concatenate([np.stack(reference, axis=-1), np.full_like(inputs, np.nan)], axis=-1),
+            np.stack([*actual, *others], axis=-1),
+            np.stack([*reference, *[nothing] * len(others)], axis=-1),
         )
 
     @property
@@ -229,21 +264,19 @@ class PlantSystem:
         """Cause of each failure, and the limit that it exceeds."""
         units = self.axes.units
         *others, last = [
-            f"{each.limit:g} {units[each.name]} off in {each.name}"
-            for each in self.plan.channels
-            if isfinite(each.limit)
+            f"{limit:g} {units[name]} off in {name}" for name, limit in self.plan.limits.items() if isfinite(limit)
         ] or [""]
         errors = f"{', '.join(others)} or {last}" if others else last
         return {Status.LOST: ("error", errors), Status.NON_FINITE: NOT_FINITE}
 
     @property
     def failure_modes(self) -> tuple[FailureMode, ...]:
-        """The error of each channel with a limit, over that."""
-        limited = [channel for channel in self.plan.channels if isfinite(channel.limit)]
+        """The error of what has a limit, over that."""
         return (
             *[
-                FailureMode(each.name, Status.LOST, partial(largest_error, (each.name,), each.limit))
-                for each in limited
+                FailureMode(name, Status.LOST, partial(largest_error, (name,), limit))
+                for name, limit in self.plan.limits.items()
+                if isfinite(limit)
             ],
             diverged(self.plan.names),
         )
@@ -296,7 +329,8 @@ class PlantSystem:
         make = self.equations.make if code is None else partial(plant_of_code, code.digest, self.plant.name)
         assert make is not None
         parameters = tuple(float(value) for value in flatten(self.parameters))
-        return PlantParts(make, channels_by_name(self.plan.channels), self.plan.actuators, parameters, self.timing)
+        channels = channels_by_name(self.plan.channels)
+        return PlantParts(make, channels, self.plan.actuators, parameters, self.timing, self.plan.watched)
 
     def with_own_plant(
         self,
@@ -312,14 +346,19 @@ class PlantSystem:
         Both systems are of the same plant.
         """
         # Draws have the names of what they are of, so they are the same whatever channels there are.
-        return drawn if self.plan.names == owner.plan.names else self.sample(spec, root, stream, indices)
+        return drawn if self.plan.judged == owner.plan.judged else self.sample(spec, root, stream, indices)
 
     def metric_limits(self) -> PlantBounds:
         """Return the bounds of a completed flight."""
         sizes = [actuator.size for actuator in self.plan.actuators]
         pairs = list(zip(self.plan.actuators, sizes, strict=True))
+        ranges = {each.name: max(abs(each.low), abs(each.high)) for each in self.plan.actuators}
+        others = {name: ranges[name] if record == "Input" else inf for name, record in self._signals_by_record.items()}
         return PlantBounds(
-            {channel.name: channel.limit for channel in self.plan.channels},
+            {
+                **others,
+                **{name: limit for name, limit in self.plan.limits.items() if isfinite(limit) or name not in others},
+            },
             tuple(actuator.low / size for actuator, size in pairs),
             tuple(actuator.high / size for actuator, size in pairs),
         )

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from math import acos, degrees
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -131,6 +131,15 @@ class System:
     def axes(self) -> Axes:
         """The axes that its flights are judged on."""
         return CASCADE
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """No signal: laws control every axis that is judged."""
+        return ()
+
+    def watching(self, names: Iterable[str]) -> Self:  # noqa: ARG002
+        """Return the system itself, which meters every axis."""
+        return self
 
     @property
     def laws(self) -> dict[str, Law]:

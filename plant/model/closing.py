@@ -117,9 +117,9 @@ def close_plant(plant: PlantRecords, plan: LoopPlan, meter: MeterModel, h: float
     """Bind the closed loop of a plant to the plan of its channels and to the meters that judge it, at control period h [s]."""
     controller = plant_controller(plant, plan, h)
     Noise = record_type("PlantNoise", {"output": plant.Output})
-    Targets = record_type("Targets", dict.fromkeys(plan.names, Target))
-    Limits = record_type("Limits", dict.fromkeys(plan.names, float))
-    axes = dict.fromkeys(plan.names, AxisSample)
+    Targets = record_type("Targets", dict.fromkeys(plan.judged, Target))
+    Limits = record_type("Limits", dict.fromkeys(plan.judged, float))
+    axes = dict.fromkeys(plan.judged, AxisSample)
     Sample = record_type(
         "PlantSample", {"time": float, **axes, "command": plant.Input, "previous": plant.Input, "saturated": float}
     )
@@ -192,7 +192,7 @@ def _status_lines(plant: PlantRecords, plan: LoopPlan) -> list[str]:
     """Lines of status_of(state, sample, limits): 0 while the flight may go on, 2 beyond a limit, 3 where it is no number."""
     size = " + ".join(f"state.{path} * state.{path}" for path in paths(plant.State))
     lines = ["def status_of(state, sample, limits):", f"    size = {size}", "    inside = size < LARGEST"]
-    for name in plan.names:
+    for name in plan.judged:
         error = f"absolute(sample.{name}.reference - sample.{name}.actual)"
         lines.append(f"    inside = both(inside, {error} < limits.{name})")
     return [*lines, "    return select(size < LARGEST, select(inside, 0.0, 2.0), 3.0)"]
@@ -206,7 +206,8 @@ def _axes(plan: LoopPlan, commanded: str) -> str:
         else f"reference.{each.name}.value"
         for each in plan.channels
     }
-    return ", ".join(f"AxisSample({goals[each.name]}, body.shown.{each.output})" for each in plan.channels)
+    channels = [f"AxisSample({goals[each.name]}, body.shown.{each.output})" for each in plan.channels]
+    return ", ".join((*channels, *[signal.expression for signal in plan.watched]))
 
 
 def _start_lines(plan: LoopPlan) -> list[str]:

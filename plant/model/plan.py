@@ -4,10 +4,11 @@ Channels whose command goes to an input of the plant are inner ones or single; o
 channel's set point (a cascade). Commands of several channels on one input add up.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from math import inf, isfinite
+from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError, check_name
 from plant.laws.law import Law
@@ -109,12 +110,35 @@ class Channel:
             raise InputError(f"given [{self.low}, {self.high}]; the lower end must be below the upper end", key="low")
 
 
+class WatchedSignal(NamedTuple):
+    """A signal that no channel controls: its meters count its own value, as an error from 0.
+
+    Attributes:
+        name: Name of an output, or of an input, whose value is the command in force.
+        record: "Output" or "Input".
+        limit: Largest |value| of a flight that has not failed [unit of the signal].
+    """
+
+    name: str
+    record: str
+    limit: float = inf
+
+    @property
+    def expression(self) -> str:
+        """Expression of its sample at a control instant."""
+        return f"AxisSample(0.0, {'body.shown' if self.record == 'Output' else 'control.command'}.{self.name})"
+
+
 @dataclass(frozen=True)
 class LoopPlan:
-    """The loops of a plant: channels, outer ones before the inner ones that they command, and an actuator for every input."""
+    """The loops of a plant: channels, outer ones before the inner ones that they command, and an actuator for every input.
+
+    watched: other signals that meters judge. They decide code and limits of a loop, so its identity counts them there.
+    """
 
     channels: tuple[Channel, ...]
     actuators: tuple[Actuator, ...]
+    watched: tuple[WatchedSignal, ...] = field(default=(), compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -122,9 +146,29 @@ class LoopPlan:
         return tuple(channel.name for channel in self.channels)
 
     @property
+    def judged(self) -> tuple[str, ...]:
+        """Names of all that meters judge: channels, then watched signals."""
+        return (*self.names, *[signal.name for signal in self.watched])
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Largest |error| of a flight that has not failed, by name."""
+        return {each.name: each.limit for each in (*self.channels, *self.watched)}
+
+    @property
     def scales(self) -> dict[str, float]:
         """The size that the command of each input is counted in, by the input's name."""
         return {actuator.name: actuator.size for actuator in self.actuators}
+
+    def watching(self, signals: Iterable[WatchedSignal]) -> "LoopPlan":
+        """Return the plan with more watched signals; InputError where the loop has another use of a name."""
+        added = tuple(signals)
+        for signal in added:
+            if signal.name in TAKEN:
+                raise InputError(
+                    f"given '{signal.name}'; the loop calls something else so: give the signal of the plant another name"
+                )
+        return replace(self, watched=(*self.watched, *added))
 
     def cascades(self, channel: Channel) -> bool:
         """Return True if a channel commands another one: one named like its input acts on that."""

@@ -96,7 +96,7 @@ class PlantScenario:
             ("disturbance", self.disturbances, paths(plant.Disturbance)),
             ("sensors", self.sensors, paths(plant.Output)),
             ("spread", self.spread, paths(plant.Parameters)),
-            ("band", self.band, plan.names),
+            ("band", self.band, plan.judged),
         ):
             for name in given:
                 check_name(key, name, valid, key=f"{key}.{name}")
@@ -120,10 +120,11 @@ class PlantScenario:
         """Return the targets of the step and recovery metrics by channel; parameters: the nominal ones."""
         steady = self.duration * (1.0 - self.steady_share)
         targets = []
-        for channel, rest in zip(loop.plan.channels, outputs_at_rest(loop, parameters), strict=True):
-            start, final, time = self.references.get(channel.name, Constant()).step
-            usual = 0.01 * channel.limit if isfinite(channel.limit) else 1.0
-            band = self.band.get(channel.name, usual)
+        rests = [*outputs_at_rest(loop, parameters), *[0.0] * len(loop.plan.watched)]
+        for (name, limit), rest in zip(loop.plan.limits.items(), rests, strict=True):
+            start, final, time = self.references.get(name, Constant()).step
+            usual = 0.01 * limit if isfinite(limit) else 1.0
+            band = self.band.get(name, usual)
             settling = self.settling * abs(final - start) or band
             targets.append(Target(rest + start, rest + final, time, settling, self.recovery_from, band, steady))
         return loop.records.Targets(*targets)

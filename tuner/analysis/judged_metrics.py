@@ -1,18 +1,22 @@
 """Metrics that apply to flights of a system through a scenario."""
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.metrics import METRICS, MetricAddress, check, parse
-from objectives.own_meters import metering
+from objectives.metrics import METRICS, MetricAddress, parse
+from objectives.own_meters import check_on_flights, metering
 from plant.errors import InputError
-from tuner.study.plant_study import check_bounds
+from tuner.study.metric_bounds import check_bounds
 
 
 def shown_metrics(system: FlownSystem, spec: Scenario) -> list[MetricAddress]:
-    """Return the metrics of flights and channels that apply to a scenario."""
+    """Return the metrics that apply to a scenario.
+
+    They are those of the flight and of channels, RMS and peak of watched signals.
+    """
     names = [
         [metric.name] if metric.scope == "flight" else [f"{metric.name}.{name}" for name in system.laws]
         for metric in METRICS.values()
     ]
+    names.append([f"{metric}.{name}" for name in system.watched for metric in ("rms", "peak")])
     metrics = [parse(address, system.axes) for group in names for address in group]
     return [metric for metric in metrics if is_judged(system, metric, spec)]
 
@@ -20,7 +24,7 @@ def shown_metrics(system: FlownSystem, spec: Scenario) -> list[MetricAddress]:
 def is_judged(system: FlownSystem, metric: MetricAddress, spec: Scenario) -> bool:
     """Return True if flights have the steps, windows, limits and rate needed."""
     try:
-        check(metric, system.targets(spec), spec.duration)
+        check_on_flights(metric, system, spec)
         check_bounds(system, [metric])
         metering(system, [metric])
     except InputError:

@@ -72,6 +72,7 @@ class ResolvedPlant(DocumentPart):
     dead_time: float = 0.0
     inputs: list[str] = []
     outputs: list[str] = []
+    lost_beyond: dict[str, float] = {}
     parameters: dict[str, float] = {}
 
 

@@ -1,7 +1,7 @@
 """Plain labels, definitions and units of quantities, from their registries."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from objectives.margins.quantities import QUANTITIES
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
+_ERROR = re.compile(r" ?error ?")
 _MARGIN = re.compile(r"(\w+)(?:\((.*)\)|\.(.*))?$")
 # Times from which on they are printed in seconds, and in minutes [s].
 SLOW, VERY_SLOW = 1.0, 600.0
@@ -25,14 +26,17 @@ MEDIAN = 50.0
 """Level of the quantile that is named median [%]."""
 
 
-def plain_metric(metric: str, rotors: bool = True) -> str:
+def plain_metric(metric: str, channels: Collection[str] | None = None) -> str:
     """Return a metric in words: "position error (ITAE)", "rotor travel"; its name where it has no title.
 
-    rotors: whether commands are those of rotors.
+    Args:
+        metric: Address of the metric.
+        channels: Channels of a plant; its other signals have no errors but values, "force RMS". None for quadrotors.
     """
     family, _, signal = metric.partition(".")
     title = METRICS[family].title if family in METRICS else ""
-    if not rotors:
+    if channels is not None:
+        title = title if signal in channels else _ERROR.sub("", title)
         title = Neutral().text(title.replace("rotor command", "command").replace("rotor", "command"))
     return f"{signal.replace('_', ' ')} {title}".strip() if title else metric
 
@@ -48,13 +52,19 @@ def plain_risk(label: str) -> str:
     return RISKS[match[1]].title.format(level=significant(level), beyond=significant(100.0 - level))
 
 
-def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bool = True, short: bool = False) -> str:
+def plain_label(
+    label: str,
+    metric: str,
+    scenario: str | None = None,
+    channels: Collection[str] | None = None,
+    short: bool = False,
+) -> str:
     """Return a quantity in words: "position error (ITAE), mean of the worst 20 %".
 
     scenario: named behind it; short: without "mean of the".
     """
     risk = plain_risk(label)
-    parts = [plain_metric(metric, rotors), risk.removeprefix("mean of the ") if short else risk, scenario]
+    parts = [plain_metric(metric, channels), risk.removeprefix("mean of the ") if short else risk, scenario]
     return ", ".join(part for part in parts if part)
 
 
@@ -64,12 +74,14 @@ def compared_label(compared: "ComparedFolder", label: str, short: bool = True) -
     if row is None:
         return label
     scenario = row.scenario if len(compared.document.compared_on) > 1 else None
-    return plain_label(label, row.metric, scenario, has_rotors(compared), short)
+    return plain_label(label, row.metric, scenario, channels_of(compared), short)
 
 
-def has_rotors(compared: "ComparedFolder") -> bool:
-    """Return True where quadrotors flew, False for plants of the user."""
-    return any(entry.airframe for entry in compared.contenders)
+def channels_of(compared: "ComparedFolder") -> set[str] | None:
+    """Return the channels of the plants that flew, None where quadrotors flew."""
+    if any(entry.airframe for entry in compared.contenders):
+        return None
+    return {name for entry in compared.contenders for name in entry.channels or {}}
 
 
 def user_names(compared: "ComparedFolder") -> list[str]:
@@ -110,7 +122,8 @@ def named(results: "TuningFolder", row: ComparedRow | RequiredRow, short: bool =
     if row.kind == "requirement":
         return plain_margin(row.label)
     scenario = row.scenario if len(results.resolved.scenario) > 1 else None
-    return plain_label(row.label, row.metric, scenario, results.has_rotors, short)
+    channels = None if results.has_rotors else {channel.name for channel in results.resolved.channel}
+    return plain_label(row.label, row.metric, scenario, channels, short)
 
 
 def risk_words(label: str, risk: str) -> str:

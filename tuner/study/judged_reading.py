@@ -4,8 +4,9 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any
 
-from objectives.metrics import MetricAddress, check, parse
+from objectives.metrics import MetricAddress, parse
 from objectives.mission import QUANTITIES, Mission
+from objectives.own_meters import check_on_flights
 from objectives.problem import Constraint, Objective
 from objectives.risk import PROBABILITY, Risk
 from plant.errors import InputError, UnknownNameError
@@ -117,7 +118,7 @@ def risk_of(name: str, level: float | None) -> Risk:
 
 def _check_metric(metric: MetricAddress, spec: Any, system: Any) -> None:
     try:
-        check(metric, system.targets(spec), spec.duration)
+        check_on_flights(metric, system, spec)
     except InputError as error:
         raise InputError(f'{error.message} (scenario "{spec.name}")') from None
 

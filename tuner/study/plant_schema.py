@@ -18,9 +18,9 @@ from tuner.text.strict_table import StrictTable
 SignalTable = dict[str, Any]
 PATIENCE = 60.0
 """Seconds of the clock on the wall that a flight of an FMU may take, unless a study gives others."""
-# Keys of [plant] of which one says what the plant is; keys that only linear plants have.
+# Keys of [plant] of which one says what the plant is; keys that count in a digest only where they are given.
 PLANT_KEYS = ("file", "fmu", "transfer_function", "state_space")
-LINEAR_KEYS = (*PLANT_KEYS[2:], "dead_time", "inputs", "outputs")
+LATER_KEYS = (*PLANT_KEYS[2:], "dead_time", "inputs", "outputs", "lost_beyond")
 
 
 class TransferFunctionTable(StrictTable):
@@ -77,6 +77,9 @@ class PlantTable(StrictTable):
     """Runge-Kutta step of the plant [s], by default what its modes need, or of an FMU, by default the control period."""
     parameters: dict[str, float] = Field(default={})
     """Values in place of the nominal ones of the file."""
+    lost_beyond: dict[str, Annotated[float, Field(gt=0.0)]] = Field(default={})
+    """|value| from which a flight has failed, of an output or input that no channel controls, in its unit; an output that
+    objectives or constraints judge needs one."""
 
     @property
     def is_given(self) -> bool:
@@ -85,8 +88,8 @@ class PlantTable(StrictTable):
 
     @model_serializer(mode="wrap")
     def _without_numbers(self, handler: Any) -> dict[str, Any]:
-        """Leave out what only linear plants have where it is not given: other studies keep the digests that they had."""
-        return {key: value for key, value in handler(self).items() if key not in LINEAR_KEYS or value}
+        """Leave out later keys without values, which keeps the digests of other studies."""
+        return {key: value for key, value in handler(self).items() if key not in LATER_KEYS or value}
 
 
 class ActuatorTable(StrictTable):

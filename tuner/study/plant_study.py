@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from objectives.flown_system import FlownSystem
 from objectives.mission import USUAL, Mission
 from objectives.plant_mission import quantities_of, with_plant_floor
 from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch
 from plant.backends.identity import identity
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 from plant.loop import Timing
 from plant.model.linear import SignalNames, linear_plant
-from plant.model.plan import Actuator, Channel, plan_loop
+from plant.model.plan import Actuator, Channel, LoopPlan, WatchedSignal, plan_loop
 from plant.model.plant_model import PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
@@ -33,6 +32,7 @@ from tuner.gains.ranges import LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS, check_mult
 from tuner.study.assembly import assembled, judging_of
 from tuner.study.files import is_shipped
 from tuner.study.judged_reading import mission_of, unique
+from tuner.study.metric_bounds import check_bounds
 from tuner.study.own_code import SystemMaker, use_files_of
 from tuner.study.plant_gains import plant_space
 from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_margins
@@ -168,13 +168,13 @@ class PlantStudy(TuningStudy):
         system = self.system
         limits = {(each.name, each.output): each.limit for each in system.plan.outer}
         channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
-        plan = plan_loop(system.plant, channels, system.plan.actuators)
+        plan = replace(plan_loop(system.plant, channels, system.plan.actuators), watched=system.plan.watched)
         judged = {
             axis
             for quantity in (*self.objectives, *[each.objective for each in self.constraints])
             for axis in quantity.metric.axes
         }
-        missing = sorted(judged - set(plan.names))
+        missing = sorted(judged - set(plan.judged))
         if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
             raise InputError(
                 f"its loops follow references in {_listed(plan.outer)}, those of {self.path} in {_listed(system.plan.outer)}"
@@ -255,6 +255,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
             actuators = tuple(_behind_dead_time(actuators, plant, table.plant.dead_time, h))
         plan = plan_loop(plant, channels, actuators)
         with located(path, "plant"):
+            plan = plan.watching(_signals_with_limits(plant, plan, table.plant.lost_beyond))
             made = partial(kind, plant, plan, parameters)
             system = with_timing(made, actuators, h, table.plant.plant_step)
         with located(path, "gains"):
@@ -343,6 +344,17 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
     return plant.parameters._replace(**given)
 
 
+def _signals_with_limits(plant: PlantRecords, plan: LoopPlan, limits: Mapping[str, float]) -> list[WatchedSignal]:
+    """Return the signals with a limit; InputError for a channel or an unknown name."""
+    records = {name: record for record in ("Input", "Output") for name in paths(getattr(plant, record))}
+    for name in limits:
+        key = f"lost_beyond.{name}"
+        if name in plan.names:
+            raise InputError("given for a channel; write lost_beyond in its [[channel]]", key=key)
+        check_name("output or input", name, list(records), key=key)
+    return [WatchedSignal(name, records[name], limit) for name, limit in limits.items()]
+
+
 def _actuator(table: ActuatorTable, control_period: float) -> Actuator:
     made = Actuator(**table.model_dump(exclude_none=True))
     made.periods(control_period)
@@ -376,21 +388,3 @@ def _signals(key: str, tables: Mapping[str, Mapping[str, PlainValue]]) -> dict[s
         with located(None, f"{key}.{name}"):
             by_name[name] = signal_from(values)
     return by_name
-
-
-def check_bounds(system: FlownSystem, metrics: list[Any]) -> None:
-    """Refuse metrics whose cost of a failure would be infinite: an error without a limit, a command without a range."""
-    bounds = system.metric_limits()
-    for metric in metrics:
-        for axis in metric.axes:
-            if not isfinite(bounds.error(axis)):
-                raise InputError(
-                    f"'{metric}' judges {axis}, which has no lost_beyond; write lost_beyond = ..., the |error| from which on "
-                    "a flight has failed",
-                    key=f"channel.{axis}.lost_beyond",
-                )
-        if metric.metric.name in ("travel", "effort", "command_peak", "noise") and not isfinite(bounds.travel):
-            raise InputError(
-                f"'{metric}' judges commands, and an input has no range; write an [[actuator]] with low and high",
-                key="actuator",
-            )

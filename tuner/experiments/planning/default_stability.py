@@ -14,6 +14,9 @@ from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.trim import hover_of
 
+EDGE = 1e-10
+"""Growth over a control period up to which a pole is at the edge of stability: eigenvalues are rounded by some 1e-13."""
+
 
 class ReversedGain(DocumentPart):
     """A channel with the b0 that makes its loop stable."""
@@ -69,7 +72,7 @@ def _unstable(model: LoopMargins, row: np.ndarray) -> list[UnstableLoop]:
     return [
         UnstableLoop(channels=list(channels), growth=pole.real, frequency=abs(pole.imag))
         for channels, pole in model.slowest_poles(row)
-        if pole.real > 0.0
+        if pole.real * model.control_period > EDGE
     ]
 
 

@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from objectives.metrics import MetricAddress, check, parse
+from objectives.metrics import MetricAddress, parse
+from objectives.own_meters import check_on_flights
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
@@ -251,7 +252,7 @@ class _Judge:
             metric = parse(address, self._study.system.axes)
             for entry in self._study.scenarios:
                 if scenario in (None, entry.spec.name):
-                    check(metric, self._study.system.targets(entry.spec), entry.spec.duration)
+                    check_on_flights(metric, self._study.system, entry.spec)
         return metric
 
 

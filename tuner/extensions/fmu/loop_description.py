@@ -15,7 +15,7 @@ from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.loop import MeterModel, Timing
 from plant.model.closing import PlantLoop, close_plant
-from plant.model.plan import Actuator, LoopPlan
+from plant.model.plan import Actuator, LoopPlan, WatchedSignal
 from plant.own_code import run_own_code
 from plant.registry import Registry
 from tuner.extensions.fmu.fmu_model import Interface, fmu_model
@@ -36,6 +36,7 @@ class LoopDescription:
         metered: Address, name and axes of the metrics whose accumulators run.
         code: Files of the user's that have to be read again, by digest.
         patience: Time after which its parent has given it up [s].
+        watched: Signals with meters of their own.
     """
 
     interface: Interface
@@ -46,6 +47,7 @@ class LoopDescription:
     code: dict[str, Path]
     timing: Timing
     patience: float
+    watched: tuple[WatchedSignal, ...]
 
 
 def describe_loop(
@@ -62,7 +64,15 @@ def describe_loop(
         code |= _files_of(_metrics(), [each.metric for each in metered])
     addresses = tuple((each.text, each.metric.name, each.axes) for each in metered)
     return LoopDescription(
-        interface, folder, channels_by_name(plan.channels), plan.actuators, addresses, code, timing, patience
+        interface,
+        folder,
+        channels_by_name(plan.channels),
+        plan.actuators,
+        addresses,
+        code,
+        timing,
+        patience,
+        plan.watched,
     )
 
 
@@ -95,7 +105,7 @@ def loop_of(description: LoopDescription) -> PlantLoop:
             raise InputError("has changed since the study was read; run the study again", file=file)
         registry, name = (LAWS, LAW) if LAW in code.names else (_metrics(), METRIC)
         registry.add(code.names[name], code.origin)
-    plan = LoopPlan(channels_of(description.channels), description.actuators)
+    plan = LoopPlan(channels_of(description.channels), description.actuators, description.watched)
     return close_plant(
         fmu_model(description.interface), plan, _meters(description, plan), description.timing.control_period
     )

@@ -13,15 +13,15 @@ import numpy as np
 
 from objectives.failure_modes import failure_demands
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.metrics import MetricAddress, check, parse
+from objectives.metrics import MetricAddress, parse
 from objectives.metrics.columns import unpack
-from objectives.own_meters import metering
+from objectives.own_meters import check_on_flights, metering
 from objectives.problem import STATUS_ROW, score_flights
 from plant.backends.flyer import result_parts
 from plant.errors import InputError
 from plant.records import size
 from plant.status import Status
-from tuner.study.plant_study import check_bounds
+from tuner.study.metric_bounds import check_bounds
 
 FAILURE = "failure"
 KEY = "--event"
@@ -113,7 +113,8 @@ def read_event(text: str, system: FlownSystem, spec: Scenario) -> Event:
     metric = parse(form[1], system.axes)
     _check_metric(metric, system, spec)
     limit = _in_unit(form[2], form[3] or "", metric)
-    event = Exceedance(text.strip(), metric, limit, metering(system, [metric]), spec, system.targets(spec))
+    metered = metering(system, [metric])
+    event = Exceedance(text.strip(), metric, limit, metered, spec, metered.targets(spec))
     largest = _largest(event)
     if limit >= largest:
         raise InputError(
@@ -128,7 +129,7 @@ def _check_metric(metric: MetricAddress, system: FlownSystem, spec: Scenario) ->
     if metric.metric.is_binary:
         advice = f"write {FAILURE} alone" if metric.metric.name == FAILURE else "take a metric that grows"
         raise InputError(f"'{metric}' is 0 or 1, which does not show how near a flight came; {advice}", key=KEY)
-    check(metric, system.targets(spec), spec.duration)
+    check_on_flights(metric, system, spec)
     check_bounds(system, [metric])
 
 

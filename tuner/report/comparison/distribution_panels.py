@@ -6,7 +6,7 @@ from tuner.documents.comparison import ComparedFolder, ContenderScores
 from tuner.documents.comparison_document import QuantityRow
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
 from tuner.report.charts.look import looks_of
-from tuner.report.labels import has_rotors, plain_metric
+from tuner.report.labels import channels_of, plain_metric
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.
@@ -28,7 +28,7 @@ def distribution_panels(compared: ComparedFolder) -> list[Panel]:
         shown = span_of([np.quantile(entry.values, [0.0, 1.0 - TAIL], axis=0) for entry in scores], LOG_FACTOR)
         where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
         marks = [_curve(compared, entry, plain(quantity.unit)) for entry in scores]
-        name = plain_metric(quantity.metric, has_rotors(compared))
+        name = plain_metric(quantity.metric, channels_of(compared))
         x = value_axis(name, quantity.unit, shown)
         panels.append(Panel(f"distribution-{number}", f"{name}, {where}", x, SHARE, marks, tip=quantity.metric))
     return panels

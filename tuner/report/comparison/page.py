@@ -16,7 +16,7 @@ from tuner.report.comparison.prose import key_figures, lead_text, words
 from tuner.report.comparison.provenance import definitions, document_text, facts
 from tuner.report.comparison.response_panels import response_panels
 from tuner.report.comparison.values_section import best_table, values_table, volumes_table
-from tuner.report.labels import compared_label, has_rotors, in_plain_words, user_names
+from tuner.report.labels import channels_of, compared_label, in_plain_words, user_names
 from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, neutral_page, wide
 from tuner.text.markup import Markup, described, element, join
 from tuner.text.neutral import Neutral
@@ -64,7 +64,11 @@ def comparison_page(compared: ComparedFolder, kind: str = "comparison", further:
     """Return the page of a comparison; kind: of page, as its head names it."""
     fronts, responses, spreads = fronts_panels(compared), response_panels(compared), distribution_panels(compared)
     document, names = compared.document, {label: compared_label(compared, label) for label in compared.quantity}
-    lead = lead_text(compared) if has_rotors(compared) else Neutral(user_names(compared)).markup(lead_text(compared))
+    lead = (
+        lead_text(compared)
+        if channels_of(compared) is None
+        else Neutral(user_names(compared)).markup(lead_text(compared))
+    )
     parts = (
         element("p", answer, class_="answer") if (answer := answer_text(compared)) else "",
         element("p", lead, " Angles are in degrees.", class_="lead"),
@@ -83,7 +87,7 @@ def comparison_page(compared: ComparedFolder, kind: str = "comparison", further:
         data=page_data([*fronts, *responses, *spreads]),
         bar=contender_switches(compared),
     )
-    return page if has_rotors(compared) else neutral_page(page, user_names(compared))
+    return page if channels_of(compared) is None else neutral_page(page, user_names(compared))
 
 
 def _sections(

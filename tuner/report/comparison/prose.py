@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tuner.documents.comparison import ComparedFolder
-from tuner.report.labels import compared_label, has_rotors, in_plain_words, user_names
+from tuner.report.labels import channels_of, compared_label, in_plain_words, user_names
 from tuner.text.markup import Markup, element, join
 from tuner.text.neutral import Neutral
 from tuner.text.numbers import count, duration
@@ -43,6 +43,6 @@ def words(compared: ComparedFolder, repeated: tuple[str, ...] = ()) -> Markup:
     names = {label: compared_label(compared, label) for label in compared.quantity}
     shown = [sentence for sentence in compared.document.words if not sentence.startswith(repeated)]
     texts = [in_plain_words(sentence, names) for sentence in shown]
-    if not has_rotors(compared):
+    if channels_of(compared) is not None:
         texts = [*map(Neutral(user_names(compared)).text, texts)]
     return element("ul", *[element("li", text) for text in texts], class_="words") if texts else Markup()

@@ -10,7 +10,7 @@ from tuner.documents.parts import Estimate
 from tuner.report.charts.chart import Axis, Mark, Panel, Points, Rule, row_axis
 from tuner.report.charts.look import BOUND, Look, looks_of
 from tuner.report.comparison.differences_section import related
-from tuner.report.labels import has_rotors, plain_label
+from tuner.report.labels import channels_of, plain_label
 from tuner.text.units import bracketed
 
 # Panels drawn at most, objectives first.
@@ -63,5 +63,5 @@ def _estimate(estimate: Estimate, row: int, look: Look) -> list[Mark]:
 
 def _title(compared: ComparedFolder, quantity: QuantityRow) -> str:
     where = "" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    name = plain_label(quantity.label, quantity.metric, None, has_rotors(compared), short=True)
+    name = plain_label(quantity.label, quantity.metric, None, channels_of(compared), short=True)
     return f"{bracketed(name, quantity.unit)}\n{where}"

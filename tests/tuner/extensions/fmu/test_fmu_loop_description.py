@@ -16,7 +16,7 @@ from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.closing import close_plant
-from plant.model.plan import Actuator, Channel, plan_loop
+from plant.model.plan import Actuator, Channel, WatchedSignal, plan_loop
 from plant.quadrotor.scenarios import SEARCH
 from tests.plant.own_files import SWAY, forget
 from tests.tuner.extensions.fmu.fmus import write_motor
@@ -52,6 +52,13 @@ def test_a_law_of_a_file_is_read_from_it_again(tmp_path):
     own.write_text(own.read_text().replace("return demand", "return 2.0 * demand"))
     with pytest.raises(InputError, match="has changed since"):
         loop_of(pickle.loads(told))
+
+
+def test_a_worker_watches_the_signals_that_its_parent_watches(tmp_path):
+    plant, plan, _ = closed(tmp_path, LAWS["pid"])
+    watching = plan.watching([WatchedSignal("voltage", "Input", 9.0)])
+    description = describe_loop(plant.interface, tmp_path, watching, (), TIMING, 1.0)
+    assert loop_of(pickle.loads(pickle.dumps(description))).records.Limits._fields == ("angle", "voltage")
 
 
 @pytest.mark.slow
