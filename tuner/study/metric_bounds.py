@@ -1,4 +1,4 @@
-"""Bounds that metrics need, so that a failed flight has a finite cost."""
+"""Bounds of metrics, so that a failed flight has a finite cost."""
 
 from collections.abc import Iterable
 from math import isfinite

@@ -88,7 +88,7 @@ class PlantTable(StrictTable):
 
     @model_serializer(mode="wrap")
     def _without_numbers(self, handler: Any) -> dict[str, Any]:
-        """Leave out later keys without values, which keeps the digests of other studies."""
+        """Leave out later keys without values: digests stay."""
         return {key: value for key, value in handler(self).items() if key not in LATER_KEYS or value}
 
 
