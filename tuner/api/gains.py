@@ -20,6 +20,7 @@ from plant.quadrotor.gains import gain_addresses
 from plant.texts import PlainTable
 from tuner.analysis.margins.judging import Judged, judge_plant, judge_quadrotor
 from tuner.api import AIRFRAME, POSITION_LAW
+from tuner.api.changed_gains import changed_values, reread
 from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
 from tuner.api.frames import frame, shown
 from tuner.api.studies import StudyLike, plant_study, study_in, tuning_study
@@ -29,7 +30,8 @@ from tuner.gains.parsing import parsed
 from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.document import write_new
-from tuner.study.kinds import AnyStudy
+from tuner.study.files import named_study
+from tuner.study.kinds import AnyStudy, load_gains_study
 from tuner.study.plant_controller import PlantController
 from tuner.study.plant_study import PlantStudy
 
@@ -151,6 +153,30 @@ class Gains(Refusals, Mapping[str, float]):
             for address, value in self.items()
         ]
         return frame(rows, "gain")
+
+    def replace(self, values: Mapping[str, float] | None = None, **named: float) -> Self:
+        """Return the gains with other values.
+
+        Args:
+            values: Value of each gain to change, by address.
+            named: Value of each gain to change, by the last part of an address that one loop alone has.
+
+        Returns:
+            Gains in no file, checked as those of a file.
+
+        Raises:
+            InputError: A name is unknown or several loops have it, or a value is out of range.
+
+        Examples:
+            >>> tuner.default_gains("hybrid").replace({"roll.k1": 9.0})["roll.k1"]
+            9.0
+
+        """
+        changed = reread(self.document, changed_values(self, {**(values or {}), **named}), read_gains)
+        return cast("Self", self._at_home(changed))
+
+    def _at_home(self, changed: "Gains") -> "Gains":
+        return replace(changed, path=None)
 
     def write(self, path: str | Path) -> Path:
         """Write a gains.json.
@@ -280,6 +306,9 @@ class PlantGains(Gains):
             return {gain.address: gain.unit for gain in self.study.system.gains}
         return {address: unit.strip("{}") for address, unit in super().units.items()}
 
+    def _at_home(self, changed: Gains) -> Gains:
+        return replace(cast("Self", changed), path=None, study=self.study, folder=self.folder)
+
     def with_study(self, study: AnyStudy | None) -> Self:
         """Return the gains with the study of their plant."""
         return self if study is None else replace(self, study=plant_study(study, "gains of a plant"))
@@ -342,7 +371,7 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     """Read a gains.json.
 
     Args:
-        path: The file, of a quadrotor or of a plant, or the results folder that it lies in.
+        path: The file, of a quadrotor or of a plant, or the results folder that it lies in; a study file, for its default.
         airframe: Bundled name or TOML file of an airframe that flies instead of the file's own.
 
     Returns:
@@ -357,6 +386,8 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
 
     """
     path = Path(path)
+    if (study := named_study(path)) is not None:
+        return _default_of_study(study, airframe)
     if path.is_dir():
         # Documents of all kinds of folders, which a file alone needs not.
         from tuner.documents.opening import gains_file
@@ -368,6 +399,16 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     if airframe is not None:
         raise InputError("flies no quadrotor, so no other airframe can fly instead; leave it out", file=path)
     return gains_in(document, path, path.resolve().parent)
+
+
+def _default_of_study(path: Path, airframe: str | None) -> Gains:
+    if airframe is not None:
+        raise InputError("a study names its airframe; leave the other out", file=path)
+    study = load_gains_study(path, "gains of its default")
+    document = study.gains_document(study.default_row, {})
+    if document["format"] == PLANT_FORMAT:
+        return gains_in(document, None, path.parent).with_study(study)
+    return QuadrotorGains(document, controller=study.controller(study.default_row))
 
 
 def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:

@@ -21,18 +21,24 @@ from tuner.cli.app import (
     law_option,
     study_option,
 )
+from tuner.study.files import named_study
 from tuner.text.errors import BROKEN, USER_ERROR
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked
 
+Gain = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another value of a gain; give it again for others.")
+]
+
 
 @app.command()
 def fly(
-    gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to fly a law's defaults.")] = None,
+    gains: Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")] = None,
     law: Annotated[str | None, law_option("Attitude law to fly with its default gains.")] = None,
     position_law: PositionLaw = POSITION_LAW,
     airframe: Airframe = None,
+    gain: Gain = None,
     study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
@@ -49,17 +55,17 @@ def fly(
 
     Example: tuner fly --law hybrid --seeds 256 --plot hybrid.png
 
-    Example: tuner fly results/motor/gains.json --code motor.py
+    Example: tuner fly results/motor/gains.json --code motor.py --gain kp=12
 
     Example: tuner fly results/quickstart/gains.json --study quickstart --flight held-out-4679 --plot lost.png
 
     Example: tuner fly results/quickstart/gains.json --study quickstart --flight tail/point-1 --plot point.png
     """
-    given = gains_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
+    given = gains_or_law(gains, law, position_law, airframe, gain, "tuner fly --law hybrid")
     with progress(as_json) as watcher:
         flown = tuner.fly(
             given,
-            study=study,
+            study=study_of(gains, study),
             scenario=scenario,
             flights=seeds,
             seed=seed,
@@ -74,10 +80,11 @@ def fly(
 
 @app.command()
 def margins(
-    gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to judge a law's defaults.")] = None,
+    gains: Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")] = None,
     law: Annotated[str | None, law_option("Attitude law to judge with its default gains.")] = None,
     position_law: PositionLaw = POSITION_LAW,
     airframe: Airframe = None,
+    gain: Gain = None,
     study: Annotated[Path | None, study_option("Judge by the [[margin]] tables of this study.")] = None,
     yaw: Annotated[float, typer.Option(help="Yaw in steady flight [deg].")] = 0.0,
     speed: Annotated[float, typer.Option(help="Ground speed along the heading [m/s].")] = 0.0,
@@ -93,12 +100,12 @@ def margins(
 
     Example: tuner margins results/quickstart/gains.json --out margins
 
-    Example: tuner margins results/motor/gains.json --code motor.py
+    Example: tuner margins studies/dc_motor.toml --gain angle.kp=12
     """
-    given = gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
+    given = gains_or_law(gains, law, position_law, airframe, gain, "tuner margins --law hybrid")
     result = tuner.margins(
         given,
-        study=study,
+        study=study_of(gains, study),
         yaw=radians(yaw),
         speed=speed,
         wind=wind,
@@ -133,11 +140,27 @@ def answer_validity(result: "Checked", as_json: bool) -> None:
 
 
 def gains_or_law(
-    gains: Path | None, law: str | None, position_law: str, airframe: str | None, example: str
+    gains: Path | None, law: str | None, position_law: str, airframe: str | None, change: list[str] | None, example: str
 ) -> "tuner.Gains":
-    """Return the gains of a file, or a law's defaults; InputError unless one of the two is given."""
+    """Return the gains of a file, or a law's defaults, with changes; InputError unless one of the two is given."""
     if gains is not None and law is None:
-        return tuner.read_gains(gains, airframe)
-    if gains is None and law is not None:
-        return tuner.default_gains(law, position_law, airframe or AIRFRAME)
-    raise InputError(f"give either a gains.json or --law NAME, for instance: {example}")
+        given = tuner.read_gains(gains, airframe)
+    elif gains is None and law is not None:
+        given = tuner.default_gains(law, position_law, airframe or AIRFRAME)
+    else:
+        raise InputError(f"give either a gains.json, a study or --law NAME, for instance: {example}")
+    return given.replace(dict(map(named_value, change))) if change else given
+
+
+def study_of(gains: Path | None, study: Path | None) -> Path | None:
+    """Return the given study, by default the one in place of gains."""
+    return named_study(gains) if study is None and gains is not None else study
+
+
+def named_value(text: str) -> tuple[str, float]:
+    """Return name and value of an option NAME=VALUE."""
+    name, equals, number = text.partition("=")
+    try:
+        return name.strip(), float(number if equals else "")
+    except ValueError:
+        raise InputError(f"given '{text}'; write NAME=VALUE, for instance roll.kp=12", key="--gain") from None

@@ -35,6 +35,13 @@ def study_file(given: Path) -> Path:
     return given
 
 
+def named_study(given: Path) -> Path | None:
+    """Return the study file of a .toml path or shipped name, else None."""
+    if given.suffix == ".toml" or (not given.exists() and str(given) in shipped_studies()):
+        return study_file(given)
+    return None
+
+
 def base_file(folder: Path, name: str) -> Path:
     """Return the base file in a study's folder, else the shipped one."""
     near = folder / name

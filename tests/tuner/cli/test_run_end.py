@@ -164,9 +164,9 @@ def test_named_points_are_left_out_where_the_recommended_one_is_all_there_is(sma
 def test_labels_come_from_the_registries_and_fall_back_to_names():
     assert plain_label("cvar80(itae.position)", "itae.position") == "position error (ITAE), mean of the worst 20 %"
     assert plain_label("cvar80(itae.position)", "itae.position", short=True) == "position error (ITAE), worst 20 %"
-    assert plain_label("mean(travel)", "travel", rotors=False) == "command travel"
+    assert plain_label("mean(travel)", "travel", channels=()) == "command travel"
     assert plain_label("quantile50(rms.yaw)@calm", "rms.yaw", "calm") == "yaw RMS error, median, calm"
-    assert plain_metric("command_peak", rotors=False) == "largest command"
+    assert plain_metric("command_peak", channels=()) == "largest command"
     assert plain_metric("mine.roll") == "mine.roll"
     assert plain_margin("phase_margin(attitude)") == "phase margin of attitude"
     assert plain_margin("slope(roll)") == "slope(roll)"

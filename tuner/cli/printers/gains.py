@@ -78,7 +78,14 @@ def print_sparks(flown: "Flights", console: Console) -> None:
         name, given = flights.signals[i], flights.units[i]
         unit, factor = ("deg", degrees(1.0)) if given == "rad" else (given, 1.0)
         # The range is that of the whole response, whatever part of it there is room to draw.
-        low, high = factor * float(median[:, i].min()), factor * float(median[:, i].max())
-        line = median[columns, i] * factor
-        level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)
-        print(f"{name:>{width}} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")
+        flown_part = factor * median[np.isfinite(median[:, i]), i]
+        if len(flown_part):
+            low, high = float(flown_part.min()), float(flown_part.max())
+            line = sparks(factor * median[columns, i], low, high)
+            print(f"{name:>{width}} {line}  {low:.2f} to {high:.2f} {unit} (median)")
+
+
+def sparks(values: np.ndarray, low: float, high: float) -> str:
+    """Return values (n,) as blocks between two ends, blanks for NaN."""
+    shares = np.where(np.isfinite(values), values - low, np.nan) / (high - low if high > low else 1.0)
+    return "".join(SPARKS[int(share * 7.999)] if np.isfinite(share) else " " for share in shares)

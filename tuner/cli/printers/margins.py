@@ -32,7 +32,7 @@ def print_margins(margins: "Margins", console: Console) -> None:
     console.print(margins_table(document, from_study))
     disk = document.multiloop.disk
     bound = document.multiloop.disk_range
-    if disk.value is not None:
+    if disk.value:
         console.print(
             f"All plant inputs at once: disk margin {disk.value:.2f}, so every gain may change by a factor of "
             f"{shown(bound.low, 2)} to {shown(bound.high, 2)} or every phase by "
@@ -70,11 +70,12 @@ def about(document: MarginsDocument) -> str:
 
 
 def add_rows(table: TerminalTable, document: MarginsDocument, limits: dict[str, str]) -> None:
-    """Add a row for each quantity; the disk margin brings along what it guarantees."""
+    """Add a row for each quantity; unstable loops have no values, the disk margin has its guarantees below it."""
     channels, marks = document.channels, marks_of(document.requirements)
 
     def add(label: str, name: str, cells: list[str]) -> None:
-        marked = [mark(cell, marks.get((c.channel, name))) for cell, c in zip(cells, channels, strict=True)]
+        valid = [cell if c.stable or name == "stable" else "-" for cell, c in zip(cells, channels, strict=True)]
+        marked = [mark(cell, marks.get((c.channel, name))) for cell, c in zip(valid, channels, strict=True)]
         table.add_row(label, *marked, *([limits.get(name, "")] if limits else []))
 
     add("stable", "stable", ["yes" if c.stable else "NO" for c in channels])
