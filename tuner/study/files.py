@@ -36,7 +36,7 @@ def study_file(given: Path) -> Path:
 
 
 def named_study(given: Path) -> Path | None:
-    """Return the study file of a .toml path or shipped name, else None."""
+    """Return the file of a .toml path or shipped study, else None."""
     if given.suffix == ".toml" or (not given.exists() and str(given) in shipped_studies()):
         return study_file(given)
     return None
