@@ -32,7 +32,7 @@ from tuner.extensions.identification.white_noise import gyro_noise, white_noise
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.extensions.vehicle_fit.identifiability import GIVEN
 from tuner.extensions.vehicle_fit.parameters import NODES, EarlierPosterior, Parameter, space_of
-from tuner.extensions.vehicle_fit.prediction import HORIZON, cut
+from tuner.extensions.vehicle_fit.prediction import HORIZON, OF, PART, cut
 from tuner.extensions.vehicle_fit.random_effects import QUANTILE
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
 from tuner.text.numbers import per_cent
@@ -48,6 +48,10 @@ MAX_CORRELATED_SHARE = 0.25
 """Share of autocorrelations beyond their bound above which residuals do not count as white."""
 MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
+UNVALIDATED = (
+    f"No window was kept from the fit, because no flight without a pause lasts {PART * OF + HORIZON:g} s: its prediction is not "
+    "validated. Fly longer."
+)
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
     "Weigh the vehicle and measure its arms: no log identifies mass and arm, and if they are wrong by 5 %, inertias and thrust "
@@ -139,8 +143,10 @@ def _is_covariance(matrix: Array) -> bool:
 
 
 def prediction_rows(identified: Identified) -> list[PredictionRow]:
-    """Return the held-out prediction of each output of the fit."""
+    """Return the held-out prediction of each output of the fit: none where the flights are too short to hold windows out."""
     validation, windows = identified.validation, identified.windows
+    if windows.is_empty:
+        return []
     fitted_on = cut(identified.problem, [part.measured for part in identified.problem.samples], 1.0)
     moved = np.sqrt(np.mean(windows.measured**2, axis=(0, 1)) / np.mean(fitted_on**2, axis=(0, 1)))
     return [
@@ -234,7 +240,8 @@ def verdict(identified: Identified) -> str:
             f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
             "commands by more than the rotors' delay."
         )
-    return " ".join([*sentences, *prediction_words(prediction_rows(identified)), WEIGH])
+    predicted = [UNVALIDATED] if identified.windows.is_empty else prediction_words(prediction_rows(identified))
+    return " ".join([*sentences, *predicted, WEIGH])
 
 
 def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:

@@ -26,8 +26,10 @@ def prediction_figure(fit: Identified) -> Figure:
 
 
 def prediction_panels(fit: Identified) -> list[Panel]:
-    """Return a panel for each output: prediction with 95 % band, measurement."""
+    """Return a panel for each output: prediction with 95 % band, measurement; none without held-out windows."""
     validation, panels = fit.validation, []
+    if validation.windows.is_empty:
+        return []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
         measured, modeled = validation.windows.measured[..., k], validation.windows.modeled[..., k]
         most = np.sort(np.argsort(-np.std(measured, axis=1))[:SHOWN])
@@ -50,7 +52,12 @@ def prediction_panels(fit: Identified) -> list[Panel]:
 
 
 def spectrum_panels(fit: Identified) -> list[Panel]:
-    """Return a panel for each output: the spectrum of what was measured and of what the model leaves over."""
+    """Return a panel for each output: the spectrum of what was measured and of what the model leaves over.
+
+    None without held-out windows.
+    """
+    if fit.windows.is_empty:
+        return []
     frequency, measured, left = fit.validation.spectra
     panels = []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):

@@ -23,13 +23,15 @@ from tuner.extensions.vehicle_fit.fit import Fit, Problem, fit_parameters
 from tuner.extensions.vehicle_fit.flights import flights_of
 from tuner.extensions.vehicle_fit.identifiability import (
     GIVEN,
+    carried,
     counted_outputs,
     impossible,
     previously_identified,
     unidentifiable,
+    weighed,
     wider_than_prior,
 )
-from tuner.extensions.vehicle_fit.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
+from tuner.extensions.vehicle_fit.parameters import ARM, MASS, THRUSTS, EarlierPosterior, ParameterSpace, space_of
 from tuner.extensions.vehicle_fit.prediction import PredictionWindows, fit_masks, prediction_windows, settled_masks
 from tuner.extensions.vehicle_fit.random_effects import (
     FlightEstimate,
@@ -41,6 +43,7 @@ from tuner.extensions.vehicle_fit.random_effects import (
 )
 from tuner.extensions.vehicle_fit.regression import RegressionBounds, forward_and_inverse_regression, initial_estimate
 from tuner.extensions.vehicle_fit.samples import LogSegment, resample
+from tuner.extensions.vehicle_fit.weight import LIFT
 
 Array = NDArray[np.float64]
 ProgressCallback = Callable[[int, int], None]
@@ -137,12 +140,17 @@ def identify_vehicle(
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     if not any(fitting.outputs):
         raise InputError(SILENT, file=flights[0].name)
+    if not fitting.outputs[LIFT]:
+        wide, fitting, complete = replace(wide, is_one_curve=True), weighed(fitting), weighed(complete)
+        space = fitting.space
+        reasons = {name: why for name, why in reasons.items() if name not in THRUSTS}
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
     fit = fit_parameters(complete, early.estimate, free, _share(on_progress, 2))
+    weak = carried(fit) if complete.is_weighed else {}
     if earlier is None and len(flights) == 1:
-        alone: tuple[FlightEstimate, ...] = (estimate_of(fit, reasons, flight_name(flights[0])),)
+        alone: tuple[FlightEstimate, ...] = (estimate_of(fit, reasons | weak, flight_name(flights[0])),)
     else:
         alone = flight_estimates(replace(complete, space=wide), fit, flights)
     if earlier is None and any(test.is_rejected for test in compare_flights(alone)):
@@ -156,7 +164,7 @@ def identify_vehicle(
         validate_fit(early, fitting),
         forward_and_inverse_regression(space, fit.estimate, samples, vehicle),
         {name: why for name, why in reasons.items() if name in GIVEN or name not in previously_identified(space)},
-        wider_than_prior(fit, free),
+        wider_than_prior(fit, free) | weak,
         alone,
     )
 

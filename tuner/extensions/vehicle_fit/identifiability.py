@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from plant.quadrotor.airframes.rules import torque_ratios
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.vehicle_fit.fit import Fit, Problem
-from tuner.extensions.vehicle_fit.parameters import ParameterSpace
+from tuner.extensions.vehicle_fit.parameters import THRUSTS, ParameterSpace
 from tuner.extensions.vehicle_fit.prediction import PredictionWindows
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
 
@@ -30,7 +30,7 @@ OF_OUTPUT = {
     "roll": ("inertia.x", "centre.y"),
     "pitch": ("inertia.y", "centre.x"),
     "yaw": ("inertia_share", "torque_ratio", "rotor_inertia"),
-    "lift": ("drag_linear.z", "thrust.30", "thrust.65", "thrust.100"),
+    "lift": ("drag_linear.z", *THRUSTS),
 }
 """Parameters that are identifiable from one output only."""
 
@@ -38,6 +38,22 @@ OF_OUTPUT = {
 def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
     """Return the problem without outputs whose parameters all stay at the prior: these would only bias the others."""
     return replace(problem, outputs=tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS))
+
+
+def weighed(problem: Problem) -> Problem:
+    """Return the problem with the weight as a datum, and thrusts as one curve: for flights whose lift does not count."""
+    return replace(problem, space=replace(problem.space, is_one_curve=True), is_weighed=True)
+
+
+def carried(fit: Fit) -> dict[str, str]:
+    """Return the thrusts that the weight moves and hardly narrows, with the reason."""
+    space = fit.space
+    ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
+    return {
+        name: f"of the weight at the mean command alone: its interval shrinks to {100.0 * ratio[k]:.0f} % of the prior's only"
+        for k, name in enumerate(space.names)
+        if name in THRUSTS and ratio[k] > NARROWED
+    }
 
 
 def previously_identified(space: ParameterSpace) -> set[str]:

@@ -20,6 +20,12 @@ Array = NDArray[np.float64]
 
 NODES = np.array([0.3, 0.65, 1.0])
 """Motor commands whose thrusts are the parameters of the thrust curve, a parabola through them."""
+THRUSTS = tuple(f"thrust.{100.0 * u:.0f}" for u in NODES.tolist())
+"""Their names."""
+CURVE_LENGTH = 1.25
+"""Length of the prior's correlation between thrusts, in logarithms of the command, where only the weight identifies them: with a
+standard deviation of 0.5 it leaves 0.4 to the exponent of thrust over command, which is 1.3 to 2 of known vehicles.
+"""
 _CURVE = np.linalg.inv(np.vander(NODES, 3, increasing=True))
 
 
@@ -137,12 +143,13 @@ class EarlierPosterior:
 class ParameterSpace:
     """Coordinates of a vehicle and its logs, with their prior; the last are nuisances, `NUISANCES` for each log.
 
-    earlier: posterior of earlier logs, None where there are none.
+    earlier: posterior of earlier logs, None where there are none. is_one_curve: whether thrusts are correlated before any log.
     """
 
     parameters: tuple[Parameter, ...]
     logs: int
     earlier: EarlierPosterior | None = None
+    is_one_curve: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -162,15 +169,26 @@ class ParameterSpace:
     @cached_property
     def covariance(self) -> Array:
         """The prior's covariance (n, n)."""
-        covariance = np.diag(self.prior_std**2)
+        covariance = self.initial_covariance
         if self.earlier is not None:
             covariance[: self.physical, : self.physical] = self.earlier.covariance
+        return covariance
+
+    @property
+    def initial_covariance(self) -> Array:
+        """Covariance (n, n) before any log."""
+        covariance = np.diag(self.initial_std**2)
+        if self.is_one_curve:
+            first = self.names.index(THRUSTS[0])
+            nodes, std = slice(first, first + len(THRUSTS)), self.initial_std[first : first + len(THRUSTS)]
+            distance = np.subtract.outer(np.log(NODES), np.log(NODES)) / CURVE_LENGTH
+            covariance[nodes, nodes] = np.outer(std, std) * np.exp(-0.5 * distance**2)
         return covariance
 
     @cached_property
     def precision(self) -> Array:
         """The inverse (n, n) of the prior's covariance."""
-        if self.earlier is None:
+        if self.earlier is None and not self.is_one_curve:
             return np.diag(self.prior_std**-2.0)
         return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
@@ -189,7 +207,7 @@ class ParameterSpace:
             entry._replace(value=entry.number(value), deviation=deviation)
             for entry, value, deviation in zip(self.parameters, earlier.point.tolist(), prior_std, strict=False)
         ]
-        return ParameterSpace((*first, *self.parameters[self.physical :]), self.logs, earlier)
+        return replace(self, parameters=(*first, *self.parameters[self.physical :]), earlier=earlier)
 
     @property
     def physical(self) -> int:
@@ -255,14 +273,14 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         ),
         *[
             Parameter(
-                f"thrust.{100 * u:.0f}",
+                name,
                 "N",
                 full * u * (u + vehicle.thrust_linear * (1.0 - u)),
                 WIDE,
                 True,
                 f"thrust of a rotor at {100 * u:.0f} % command",
             )
-            for u in NODES.tolist()
+            for name, u in zip(THRUSTS, NODES.tolist(), strict=True)
         ],
         Parameter("lag_up", "s", vehicle.lag_up, LAG, True, "time constant of a rotor that speeds up"),
         Parameter("lag_down", "s", vehicle.lag_down, LAG, True, "time constant of a rotor that slows down"),
