@@ -31,7 +31,7 @@ from tuner.extensions.identification.response_comparison import (
 from tuner.extensions.identification.white_noise import gyro_noise, white_noise
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.extensions.vehicle_fit.identifiability import GIVEN
-from tuner.extensions.vehicle_fit.parameters import NODES, EarlierPosterior, Parameter, space_of
+from tuner.extensions.vehicle_fit.parameters import NODES, THRUSTS, EarlierPosterior, Parameter, space_of
 from tuner.extensions.vehicle_fit.prediction import HORIZON, OF, PART, cut
 from tuner.extensions.vehicle_fit.random_effects import QUANTILE
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
@@ -71,7 +71,10 @@ def identification_document(
     rate = min(log.rate for log in identified.logs)
     compared = compare_responses(identified.fit, identified.problem, [*noise, *lift_noise], rate)
     rows = zip(
-        identified.space.parameters[: identified.space.physical], fit.estimate.tolist(), deviations, strict=False
+        identified.space.unweighed.parameters[: identified.space.physical],
+        fit.estimate.tolist(),
+        deviations,
+        strict=False,
     )
     return IdentificationDocument(
         airframe=identified.airframe.name,
@@ -231,8 +234,12 @@ def verdict(identified: Identified) -> str:
     )
     if left:
         sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would identify them.")
-    if identified.wider:
-        sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
+    if identified.space.weighed is not None:
+        sentences.append(
+            "The thrusts are those that carry the weight at the mean command, because lift hardly follows the commands."
+        )
+    if wider := [name for name in identified.wider if name not in THRUSTS]:
+        sentences.append(f"No better known than before: {', '.join(wider)}.")
     at = names.index("dead_time")
     dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.covariance[at, at])
     if "dead_time" in identifiable and dead_time + QUANTILE * deviation < 0.0:
@@ -303,13 +310,14 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
     at = identified.space.names.index("thrust.30")
     part = slice(at, at + len(NODES))
     inverse = np.linalg.inv(np.vander(NODES, 3, increasing=True))
-    prior = np.array([exp(entry.coordinate) for entry in identified.space.parameters[part]])
+    space = identified.space.unweighed
+    prior = np.array([exp(entry.coordinate) for entry in space.parameters[part]])
     thrust = np.exp(identified.fit.estimate[part])
     now, before = (
         (inverse @ nodes, np.sqrt(np.diag(inverse @ (np.outer(nodes, nodes) * matrix) @ inverse.T)))
         for nodes, matrix in (
             (thrust, identified.covariance[part, part]),
-            (prior, np.diag(identified.space.prior_std[part] ** 2)),
+            (prior, np.diag(space.prior_std[part] ** 2)),
         )
     )
     unknown = identified.reasons.keys() | identified.wider.keys()

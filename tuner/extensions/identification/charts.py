@@ -20,9 +20,10 @@ MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", o
 MEASURED_BAND = Look("default", opacity=0.22)
 
 
-def prediction_figure(fit: Identified) -> Figure:
-    """Return the chart of the windows for paper."""
-    return figure_of(prediction_panels(fit), 2, HEIGHT, titled=True)
+def prediction_figure(fit: Identified) -> Figure | None:
+    """Return the chart of the windows for paper; None without held-out windows."""
+    panels = prediction_panels(fit)
+    return figure_of(panels, 2, HEIGHT, titled=True) if panels else None
 
 
 def prediction_panels(fit: Identified) -> list[Panel]:
@@ -91,7 +92,7 @@ def whiteness_panels(fit: Identified) -> list[Panel]:
     return panels
 
 
-def figures_of(identified: Identified) -> Mapping[str, Callable[[], Figure]]:
+def figures_of(identified: Identified) -> Mapping[str, Callable[[], Figure | None]]:
     """Return the figures of an identification by name."""
     return {"prediction": lambda: prediction_figure(identified)}
 

@@ -23,12 +23,11 @@ from tuner.extensions.vehicle_fit.fit import Fit, Problem, fit_parameters
 from tuner.extensions.vehicle_fit.flights import flights_of
 from tuner.extensions.vehicle_fit.identifiability import (
     GIVEN,
-    carried,
+    barely_weighed,
     counted_outputs,
     impossible,
     previously_identified,
     unidentifiable,
-    weighed,
     wider_than_prior,
 )
 from tuner.extensions.vehicle_fit.parameters import ARM, MASS, THRUSTS, EarlierPosterior, ParameterSpace, space_of
@@ -43,7 +42,7 @@ from tuner.extensions.vehicle_fit.random_effects import (
 )
 from tuner.extensions.vehicle_fit.regression import RegressionBounds, forward_and_inverse_regression, initial_estimate
 from tuner.extensions.vehicle_fit.samples import LogSegment, resample
-from tuner.extensions.vehicle_fit.weight import LIFT
+from tuner.extensions.vehicle_fit.weight import LIFT, condition_on_weight
 
 Array = NDArray[np.float64]
 ProgressCallback = Callable[[int, int], None]
@@ -140,17 +139,19 @@ def identify_vehicle(
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     if not any(fitting.outputs):
         raise InputError(SILENT, file=flights[0].name)
-    if not fitting.outputs[LIFT]:
-        wide, fitting, complete = replace(wide, is_one_curve=True), weighed(fitting), weighed(complete)
-        space = fitting.space
-        reasons = {name: why for name, why in reasons.items() if name not in THRUSTS}
+    weak: dict[str, str] = {}
+    if not fitting.outputs[LIFT] and not set(THRUSTS) & previously_identified(space):
+        space = condition_on_weight(complete, early.estimate)
+        wide = space if earlier is None else condition_on_weight(replace(complete, space=wide), early.estimate)
+        fitting, complete = replace(fitting, space=space), replace(complete, space=space)
+        reasons, weak = {name: why for name, why in reasons.items() if name not in THRUSTS}, barely_weighed(space)
+        free &= np.array([name not in THRUSTS for name in space.names])
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
     fit = fit_parameters(complete, early.estimate, free, _share(on_progress, 2))
-    weak = carried(fit) if complete.is_weighed else {}
     if earlier is None and len(flights) == 1:
-        alone: tuple[FlightEstimate, ...] = (estimate_of(fit, reasons | weak, flight_name(flights[0])),)
+        alone: tuple[FlightEstimate, ...] = (estimate_of(fit, reasons, flight_name(flights[0])),)
     else:
         alone = flight_estimates(replace(complete, space=wide), fit, flights)
     if earlier is None and any(test.is_rejected for test in compare_flights(alone)):

@@ -62,12 +62,14 @@ def _hover_curve(identified: Identified) -> HoverCurve:
 
 
 def _is_slope_identified(identified: Identified, curve: HoverCurve) -> bool:
-    """Return True if logs halve the interval of `thrust_linear`."""
+    """Return True if logs halve the interval of `thrust_linear`; the weight alone does not."""
     space = identified.space
+    if space.weighed is not None:
+        return False
     nodes = [space.names.index(name) for name in THRUSTS]
     variance = curve.by_linear @ identified.covariance[np.ix_(nodes, nodes)] @ curve.by_linear
-    before = curve.by_linear @ space.initial_covariance[np.ix_(nodes, nodes)] @ curve.by_linear
-    return curve.linear != 0.0 and sqrt(float(variance)) <= NARROWED * sqrt(float(before))
+    before = float(np.linalg.norm(curve.by_linear * space.initial_std[nodes]))
+    return curve.linear != 0.0 and sqrt(float(variance)) <= NARROWED * before
 
 
 def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -> dict[str, Sourced]:

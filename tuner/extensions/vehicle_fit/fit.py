@@ -16,7 +16,6 @@ from tuner.extensions.vehicle_fit.marginal import marginal_moments, with_moments
 from tuner.extensions.vehicle_fit.model import actuator, lagging, predicted
 from tuner.extensions.vehicle_fit.parameters import ParameterSpace
 from tuner.extensions.vehicle_fit.samples import OUTPUTS, LogSegment
-from tuner.extensions.vehicle_fit.weight import LIFT, weigh
 from tuner.extensions.vehicle_fit.whitening import autoregression, leaky_sum, whitened
 
 Array = NDArray[np.float64]
@@ -81,17 +80,13 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Log segments, prior, and masks (0 or 1) of the samples and outputs that count.
-
-    is_weighed: whether mean lift counts where the output lift does not.
-    """
+    """Log segments, prior, and masks (0 or 1) of the samples and outputs that count."""
 
     space: ParameterSpace
     vehicle: Vehicle
     samples: tuple[LogSegment, ...]
     masks: tuple[Array, ...]
     outputs: tuple[bool, ...] = (True,) * len(OUTPUTS)
-    is_weighed: bool = False
 
     def residuals(self, point: Array) -> list[Array]:
         """Return measured less predicted outputs (m, 4) of every segment."""
@@ -100,15 +95,6 @@ class Problem:
             part.measured - predicted(part, lagging(part, [actuator(numbers)])[0], numbers, self.vehicle)
             for part in self.samples
         ]
-
-    def weigh(self, series: Sequence[Array]) -> Array:
-        """Return mean lift and its change of each flight (k, ...) in standard deviations.
-
-        Empty where the output lift counts, which has them: series (m, 4, ...) of every segment.
-        """
-        if not self.is_weighed or self.outputs[LIFT]:
-            return np.zeros((0, *series[0].shape[2:]))
-        return weigh(self.samples, self.masks, series, self.vehicle.gravity)
 
     def sensitivities(self, point: Array, columns: Sequence[int]) -> tuple[list[Array], list[Array]]:
         """Return residuals (m, 4) and their negative Jacobians (m, 4, columns) of every segment."""
@@ -167,12 +153,10 @@ def _fit_at(problem: Problem, point: Array, free: NDArray[np.bool_], noise: Nois
     """Return the fit whose estimate is a point (n,)."""
     residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, scores = _information(problem, residuals, jacobians, noise)
-    weighed = _squared(problem.weigh(jacobians))
-    middle = _score_covariance(scores, free) + weighed[np.ix_(free, free)]
-    covariance = _covariance(problem.space, information + weighed, middle, free)
+    covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
     point, covariance = _integrated(problem.space, point, covariance, free)
     covariance += split_covariance(problem.space, point, free)
-    return Fit(problem.space, point, free, covariance, information + weighed, noise)
+    return Fit(problem.space, point, free, covariance, information, noise)
 
 
 def expected_fit(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit:
@@ -180,7 +164,6 @@ def expected_fit(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit
     noise = noise_of(problem, point)
     residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, _ = _information(problem, residuals, jacobians, noise)
-    information += _squared(problem.weigh(jacobians))
     covariance = cramer_rao_covariance(problem.space, information, free)
     covariance += split_covariance(problem.space, point, free)
     return Fit(problem.space, point, free, covariance, information, noise)
@@ -239,8 +222,8 @@ def _gauss_newton(
     for _ in range(iterations):
         residuals, jacobians = problem.sensitivities(point, columns)
         white, whitened_jacobians = _white(problem, residuals, noise), _white(problem, jacobians, noise)
-        j = np.concatenate([part.reshape(-1, len(columns)) for part in (*whitened_jacobians, problem.weigh(jacobians))])
-        e = np.concatenate([part.ravel() for part in (*white, problem.weigh(residuals))])
+        j = np.concatenate([part.reshape(-1, len(columns)) for part in whitened_jacobians])
+        e = np.concatenate([part.ravel() for part in white])
         prior_precision = prior[np.ix_(columns, columns)]
         hessian = j.T @ j + prior_precision
         step = np.linalg.solve(hessian, j.T @ e - prior_precision @ (point - center)[columns])
@@ -262,8 +245,7 @@ def _gauss_newton(
 
 def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
-        residuals = problem.residuals(point)
-        white = [*_white(problem, residuals, noise), problem.weigh(residuals)]
+        white = _white(problem, problem.residuals(point), noise)
     off = point - problem.space.center
     cost = sum(float(np.sum(part**2)) for part in white) + float(off @ prior @ off)
     return cost if np.isfinite(cost) else np.inf
@@ -307,11 +289,6 @@ def _information(problem: Problem, residuals: list[Array], jacobians: list[Array
         width = max(round(BLOCK / (part.period * part.share)), 1)
         scores += [rows[k : k + width].sum(axis=0) for k in range(0, len(rows), width)]
     return information, np.array([row for row in scores if row.any()])
-
-
-def _squared(rows: Array) -> Array:
-    """Return the information (n, n) of rows (k, n) of unit variance."""
-    return rows.T @ rows
 
 
 def _score_covariance(scores: Array, free: NDArray[np.bool_]) -> Array:

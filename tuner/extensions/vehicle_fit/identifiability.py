@@ -40,19 +40,13 @@ def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
     return replace(problem, outputs=tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS))
 
 
-def weighed(problem: Problem) -> Problem:
-    """Return the problem with the weight as a datum, and thrusts as one curve: for flights whose lift does not count."""
-    return replace(problem, space=replace(problem.space, is_one_curve=True), is_weighed=True)
-
-
-def carried(fit: Fit) -> dict[str, str]:
+def barely_weighed(space: ParameterSpace) -> dict[str, str]:
     """Return the thrusts that the weight moves and hardly narrows, with the reason."""
-    space = fit.space
-    ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
+    ratio = space.prior_std / space.initial_std
     return {
-        name: f"of the weight at the mean command alone: its interval shrinks to {100.0 * ratio[k]:.0f} % of the prior's only"
-        for k, name in enumerate(space.names)
-        if name in THRUSTS and ratio[k] > NARROWED
+        name: f"from the weight at the mean command alone: its interval shrinks to {100.0 * share:.0f} % of the prior's only"
+        for name, share in zip(space.names, ratio.tolist(), strict=True)
+        if name in THRUSTS and share > NARROWED
     }
 
 

@@ -21,11 +21,7 @@ Array = NDArray[np.float64]
 NODES = np.array([0.3, 0.65, 1.0])
 """Motor commands whose thrusts are the parameters of the thrust curve, a parabola through them."""
 THRUSTS = tuple(f"thrust.{100.0 * u:.0f}" for u in NODES.tolist())
-"""Their names."""
-CURVE_LENGTH = 1.25
-"""Length of the prior's correlation between thrusts, in logarithms of the command, where only the weight identifies them: with a
-standard deviation of 0.5 it leaves 0.4 to the exponent of thrust over command, which is 1.3 to 2 of known vehicles.
-"""
+"""Names of these thrusts."""
 _CURVE = np.linalg.inv(np.vander(NODES, 3, increasing=True))
 
 
@@ -139,17 +135,29 @@ class EarlierPosterior:
         return replace(self, covariance=covariance, flights=flights)
 
 
+class WeighedPrior(NamedTuple):
+    """Prior after the weight.
+
+    Attributes:
+        covariance: Covariance (n, n).
+        before: The space before the weight.
+    """
+
+    covariance: Array
+    before: "ParameterSpace"
+
+
 @dataclass(frozen=True, eq=False)
 class ParameterSpace:
     """Coordinates of a vehicle and its logs, with their prior; the last are nuisances, `NUISANCES` for each log.
 
-    earlier: posterior of earlier logs, None where there are none. is_one_curve: whether thrusts are correlated before any log.
+    earlier: posterior of earlier logs, None where there are none. weighed: prior conditioned on the weight, None where it is not.
     """
 
     parameters: tuple[Parameter, ...]
     logs: int
     earlier: EarlierPosterior | None = None
-    is_one_curve: bool = False
+    weighed: "WeighedPrior | None" = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -169,32 +177,25 @@ class ParameterSpace:
     @cached_property
     def covariance(self) -> Array:
         """The prior's covariance (n, n)."""
-        covariance = self.initial_covariance
+        if self.weighed is not None:
+            return self.weighed.covariance
+        covariance = np.diag(self.prior_std**2)
         if self.earlier is not None:
             covariance[: self.physical, : self.physical] = self.earlier.covariance
-        return covariance
-
-    @property
-    def initial_covariance(self) -> Array:
-        """Covariance (n, n) before any log."""
-        covariance = np.diag(self.initial_std**2)
-        if self.is_one_curve:
-            first = self.names.index(THRUSTS[0])
-            nodes, std = slice(first, first + len(THRUSTS)), self.initial_std[first : first + len(THRUSTS)]
-            distance = np.subtract.outer(np.log(NODES), np.log(NODES)) / CURVE_LENGTH
-            covariance[nodes, nodes] = np.outer(std, std) * np.exp(-0.5 * distance**2)
         return covariance
 
     @cached_property
     def precision(self) -> Array:
         """The inverse (n, n) of the prior's covariance."""
-        if self.earlier is None and not self.is_one_curve:
+        if self.earlier is None and self.weighed is None:
             return np.diag(self.prior_std**-2.0)
         return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
     @property
     def initial_std(self) -> Array:
         """Standard deviations (n,) before any log, against which identifiability is judged."""
+        if self.weighed is not None:
+            return self.weighed.before.initial_std
         std = self.prior_std
         if self.earlier is not None:
             std[: self.physical] = self.earlier.initial_std
@@ -202,12 +203,19 @@ class ParameterSpace:
 
     def with_prior(self, earlier: EarlierPosterior) -> "ParameterSpace":
         """Return the space with the posterior of earlier logs as its prior."""
-        prior_std = np.sqrt(np.diag(earlier.covariance)).tolist()
-        first = [
-            entry._replace(value=entry.number(value), deviation=deviation)
-            for entry, value, deviation in zip(self.parameters, earlier.point.tolist(), prior_std, strict=False)
-        ]
-        return replace(self, parameters=(*first, *self.parameters[self.physical :]), earlier=earlier)
+        first = _centered(self.parameters[: self.physical], earlier.point, earlier.covariance)
+        return ParameterSpace((*first, *self.parameters[self.physical :]), self.logs, earlier)
+
+    def conditioned(self, point: Array, covariance: Array) -> "ParameterSpace":
+        """Return the space with a mean (n,) and covariance (n, n) of the prior that the weight has been used for."""
+        return replace(
+            self, parameters=_centered(self.parameters, point, covariance), weighed=WeighedPrior(covariance, self)
+        )
+
+    @property
+    def unweighed(self) -> "ParameterSpace":
+        """The space before the weight."""
+        return self if self.weighed is None else self.weighed.before
 
     @property
     def physical(self) -> int:
@@ -234,6 +242,15 @@ class ParameterSpace:
             v[17],
             *biases.T,
         )
+
+
+def _centered(parameters: Sequence[Parameter], point: Array, covariance: Array) -> tuple[Parameter, ...]:
+    """Return parameters whose prior has a mean (n,) and covariance (n, n)."""
+    prior_std = np.sqrt(np.diag(covariance)).tolist()
+    return tuple(
+        entry._replace(value=entry.number(value), deviation=deviation)
+        for entry, value, deviation in zip(parameters, point.tolist(), prior_std, strict=True)
+    )
 
 
 def _gyro_delay(cutoff: float) -> Parameter:
