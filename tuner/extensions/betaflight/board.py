@@ -19,7 +19,7 @@ from plant.errors import InputError
 from plant.own_code import refuse_program
 from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.process import BINARY
-from tuner.extensions.betaflight.wiring import EXPECTED, Wiring
+from tuner.extensions.betaflight.wiring import EXPECTED_VERSIONS, Wiring
 
 # Longest wait for an answer [s].
 PATIENCE = 20.0
@@ -100,7 +100,7 @@ class BetaflightBoard:
                 motors = self._step(LEVEL, (*sticks[:2], LOW if low else sticks[2], sticks[3], switch, ON))
         if not min(motors) > 0.0:
             raise InputError(
-                f"Betaflight does not arm: its motors stand still at hover throttle; expected is {EXPECTED}",
+                f"Betaflight does not arm: its motors stand still at hover throttle; expected is {EXPECTED_VERSIONS}",
                 file=self._binary,
             )
 
@@ -144,7 +144,7 @@ class BetaflightBoard:
             raise self._silent()
         if len(answer) != MOTORS.size:
             raise InputError(
-                f"answered with {len(answer)} bytes, four motors are {MOTORS.size}; expected is {EXPECTED}",
+                f"answered with {len(answer)} bytes, four motors are {MOTORS.size}; expected is {EXPECTED_VERSIONS}",
                 file=self._binary,
             )
         return answer
@@ -153,7 +153,8 @@ class BetaflightBoard:
         code = None if self._process is None else self._ended(self._process)
         reason = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
         return InputError(
-            f"{reason}; expected is {EXPECTED}, and docs/how_to/confirm.md says how to build it", file=self._binary
+            f"{reason}; expected is {EXPECTED_VERSIONS}, and docs/how_to/confirm.md says how to build it",
+            file=self._binary,
         )
 
     @staticmethod

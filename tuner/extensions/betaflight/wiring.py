@@ -1,4 +1,4 @@
-"""Order of the motors and signs of the sensors in the packets of a simulator build, learnt by pulses.
+"""Order of motors and signs of sensors in packets, learnt by pulses.
 
 Releases differ: up to 2026.6 the first motor of the firmware is the last of the packet, later it is the first; a build for Gazebo
 reads the yaw rate with the other sign. A pulse of a body rate shows which motors work against it.
@@ -16,24 +16,30 @@ from tuner.extensions.autopilots.instants import Instant
 
 Array = NDArray[np.float64]
 Motors = tuple[float, float, float, float]
-EXPECTED = "Betaflight 2025.12 to 2026.12"
+STILL: Motors = (0.0, 0.0, 0.0, 0.0)
+"""Motors at rest."""
+EXPECTED_VERSIONS = "Betaflight 2025.12 to 2026.12"
 """Versions whose packets are known."""
-RATE, TILT = 2.0, 0.15
-"""Pulses of rate [rad/s] and of attitude [rad]."""
-PULSE, REST = 0.02, 0.3
-"""Length of a pulse and of the rest before it [s]: filters of the gyro lag by some 2 ms."""
+PULSE_RATE = 2.0
+"""Pulse of a body rate [rad/s]."""
+PULSE_TILT = 0.15
+"""Pulse of the attitude [rad]."""
+PULSE_DURATION = 0.02
+"""Length of a pulse [s]: filters of the gyro lag by some 2 ms."""
+REST_DURATION = 0.3
+"""Length of the rest before a pulse [s]."""
 THROTTLE = 0.5
 """Throttle at which motors answer in both directions."""
-MIN_ANSWER, MIN_TILTING = 0.005, 0.05
-"""Smallest mean answer of the motors, whose commands have steps of 0.001; smallest answer to the tilt over that to the rate of
-pitch: 0.29 was seen with the default level strength, 0.02 of a build that estimates its attitude.
-"""
-ADVICE = "build it as docs/how_to/confirm.md says"
-ESTIMATES = (
+MIN_ANSWER = 0.005
+"""Smallest mean answer of the motors, whose commands have steps of 0.001."""
+MIN_TILTING = 0.05
+"""Smallest answer to tilt over that to the rate of pitch: 0.29 with the default level strength, 0.02 where it is estimated."""
+BUILD_ADVICE = "build it as docs/how_to/confirm.md says"
+ESTIMATOR_ADVICE = (
     "its attitude is its own estimate, not the one it is given: build it with EXTRA_FLAGS=-DSITL_ATTITUDE_DIRECT, as "
     "docs/how_to/confirm.md says"
 )
-AGAINST = {(-1, 1): 0, (1, 1): 1, (-1, -1): 2, (1, -1): 3}
+CORNERS = {(-1, 1): 0, (1, 1): 1, (-1, -1): 2, (1, -1): 3}
 """Signs of a motor's answers to rolling right and pitching nose down -> front left, front right, rear left, rear right."""
 
 
@@ -49,7 +55,7 @@ class Wiring(NamedTuple):
     yaw: float = -1.0
 
 
-AS_SENT = Wiring((0, 1, 2, 3))
+PACKET_WIRING = Wiring((0, 1, 2, 3))
 """Motors in the order of the packet, before it is known."""
 
 
@@ -78,31 +84,31 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
         period: Control period [s].
         binary: Program, for messages.
     """
-    board = power_up(AS_SENT)
+    board = power_up(PACKET_WIRING)
     try:
-        board.arm(_instant(), THROTTLE, (0.0,) * 4)
+        board.arm(_instant(), THROTTLE, STILL)
         roll, pitch, yaw, tilt = (
             _answer(board, pulse, period)
             for pulse in (
-                _instant(rate=(RATE, 0.0, 0.0)),
-                _instant(rate=(0.0, RATE, 0.0)),
-                _instant(rate=(0.0, 0.0, RATE)),
-                _instant(angles=(0.0, TILT, 0.0)),
+                _instant(rate=(PULSE_RATE, 0.0, 0.0)),
+                _instant(rate=(0.0, PULSE_RATE, 0.0)),
+                _instant(rate=(0.0, 0.0, PULSE_RATE)),
+                _instant(angles=(0.0, PULSE_TILT, 0.0)),
             )
         )
     finally:
         board.close()
-    corners = [AGAINST[int(np.sign(a)), int(np.sign(b))] if a * b else -1 for a, b in zip(roll, pitch, strict=True)]
+    corners = [CORNERS[int(np.sign(a)), int(np.sign(b))] if a * b else -1 for a, b in zip(roll, pitch, strict=True)]
     if sorted(corners) != [0, 1, 2, 3] or min(np.abs(roll).mean(), np.abs(pitch).mean()) < MIN_ANSWER:
         raise InputError(
             f"its motors answer pulses of roll and pitch as those of no X: {_shown(roll)} and {_shown(pitch)}; expected is "
-            f"{EXPECTED}: {ADVICE}",
+            f"{EXPECTED_VERSIONS}: {BUILD_ADVICE}",
             file=binary,
         )
     first, second, third, fourth = (corners.index(corner) for corner in range(4))
     places = (first, second, third, fourth)
     if float(tilt @ np.sign(pitch)) < MIN_TILTING * float(np.abs(pitch).sum()):
-        raise InputError(ESTIMATES, file=binary)
+        raise InputError(ESTIMATOR_ADVICE, file=binary)
     # The torque of yaw is against its rate; where it is with it, the build reads the rate with the other sign.
     return Wiring(places, -1.0 if float(yaw[list(places)] @ spins) <= 0.0 else 1.0)
 
@@ -115,11 +121,11 @@ def _instant(
 
 def _answer(board: Probed, pulse: Instant, period: float) -> Array:
     """Return the change of the motors (4,) over a pulse, after a rest."""
-    before: Motors = (0.0,) * 4
-    for _ in range(round(REST / period)):
+    before = STILL
+    for _ in range(round(REST_DURATION / period)):
         before = board.step(_instant(), THROTTLE)
     after = before
-    for _ in range(max(round(PULSE / period), 1)):
+    for _ in range(max(round(PULSE_DURATION / period), 1)):
         after = board.step(pulse, THROTTLE)
     return np.array(after) - np.array(before)
 

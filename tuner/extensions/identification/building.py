@@ -48,7 +48,7 @@ MAX_CORRELATED_SHARE = 0.25
 """Share of autocorrelations beyond their bound above which residuals do not count as white."""
 MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
-UNVALIDATED = (
+NO_WINDOW_ADVICE = (
     f"No window was kept from the fit, because no flight without a pause lasts {PART * OF + HORIZON:g} s: its prediction is not "
     "validated. Fly longer."
 )
@@ -247,7 +247,7 @@ def verdict(identified: Identified) -> str:
             f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
             "commands by more than the rotors' delay."
         )
-    predicted = [UNVALIDATED] if identified.windows.is_empty else prediction_words(prediction_rows(identified))
+    predicted = [NO_WINDOW_ADVICE] if identified.windows.is_empty else prediction_words(prediction_rows(identified))
     return " ".join([*sentences, *predicted, WEIGH])
 
 

@@ -21,8 +21,10 @@ MIN_RATE = 50.0
 """Rate of a log [Hz] below which nothing can be identified."""
 USUAL_RATE = 200.0
 """Rate of a log [Hz] below which little can be identified."""
-MIN_COMMAND_RATE, USUAL_COMMAND_RATE = 20.0, 100.0
-"""Changes of the motor commands in a second below which nothing, and little, can be identified: rotors lag by 20 to 100 ms."""
+MIN_COMMAND_RATE = 20.0
+"""Changes of motor commands in a second below which nothing can be identified: rotors lag by 20 to 100 ms."""
+USUAL_COMMAND_RATE = 100.0
+"""Changes of motor commands in a second below which little can be identified."""
 MAX_LOST_SHARE = 0.02
 """Largest share of lost samples."""
 MAX_SATURATED_SHARE = 0.02

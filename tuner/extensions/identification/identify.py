@@ -42,7 +42,7 @@ from tuner.extensions.vehicle_fit.random_effects import (
 )
 from tuner.extensions.vehicle_fit.regression import RegressionBounds, forward_and_inverse_regression, initial_estimate
 from tuner.extensions.vehicle_fit.samples import LogSegment, resample
-from tuner.extensions.vehicle_fit.weight import LIFT, condition_on_weight
+from tuner.extensions.vehicle_fit.weight import LIFT_COLUMN, condition_on_weight
 
 Array = NDArray[np.float64]
 ProgressCallback = Callable[[int, int], None]
@@ -140,7 +140,7 @@ def identify_vehicle(
     if not any(fitting.outputs):
         raise InputError(SILENT, file=flights[0].name)
     weak: dict[str, str] = {}
-    if not fitting.outputs[LIFT] and not set(THRUSTS) & previously_identified(space):
+    if not fitting.outputs[LIFT_COLUMN] and not set(THRUSTS) & previously_identified(space):
         space = condition_on_weight(complete, early.estimate)
         wide = space if earlier is None else condition_on_weight(replace(complete, space=wide), early.estimate)
         fitting, complete = replace(fitting, space=space), replace(complete, space=space)

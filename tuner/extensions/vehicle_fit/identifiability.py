@@ -41,7 +41,7 @@ def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
 
 
 def barely_weighed(space: ParameterSpace) -> dict[str, str]:
-    """Return the thrusts that the weight moves and hardly narrows, with the reason."""
+    """Return thrusts that the weight hardly narrows, with the reason."""
     ratio = space.prior_std / space.initial_std
     return {
         name: f"from the weight at the mean command alone: its interval shrinks to {100.0 * share:.0f} % of the prior's only"

@@ -207,7 +207,10 @@ class ParameterSpace:
         return ParameterSpace((*first, *self.parameters[self.physical :]), self.logs, earlier)
 
     def conditioned(self, point: Array, covariance: Array) -> "ParameterSpace":
-        """Return the space with a mean (n,) and covariance (n, n) of the prior that the weight has been used for."""
+        """Return the space after the weight.
+
+        point, covariance: mean (n,) and covariance (n, n) of its prior.
+        """
         return replace(
             self, parameters=_centered(self.parameters, point, covariance), weighed=WeighedPrior(covariance, self)
         )

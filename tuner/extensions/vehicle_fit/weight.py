@@ -24,13 +24,13 @@ CURVE_LENGTH = 0.9
 """
 N_UPDATES = 4
 """Number of linearizations: of thrusts that are off by a factor of two, the last moves 0.1 %."""
-LIFT = OUTPUTS.index("lift")
-OBSERVED = ("mass", *THRUSTS, "lift_bias", "sag")
+LIFT_COLUMN = OUTPUTS.index("lift")
+LIFT_COORDINATES = ("mass", *THRUSTS, "lift_bias", "sag")
 """Beginnings of the names of coordinates that mean lift depends on."""
 
 
 def condition_on_weight(problem: Problem, point: Array) -> ParameterSpace:
-    """Return the space of a problem with its prior conditioned on the weight.
+    """Return the space with its prior conditioned on the weight.
 
     Args:
         problem: Logs, and the prior before the weight.
@@ -38,18 +38,19 @@ def condition_on_weight(problem: Problem, point: Array) -> ParameterSpace:
     """
     space = problem.space
     covariance = space.covariance if space.earlier is not None else one_curve(space)
-    columns = [k for k, name in enumerate(space.names) if name.partition("(")[0] in OBSERVED]
+    columns = [k for k, name in enumerate(space.names) if name.partition("(")[0] in LIFT_COORDINATES]
     reached = point.copy()
     reached[columns] = space.center[columns]
-    gain, jacobian = np.zeros((len(point), 0)), np.zeros((0, len(point)))
+    mean, reduction = space.center, np.zeros_like(covariance)
     for _ in range(N_UPDATES):
         residuals, slopes = problem.sensitivities(reached, columns)
         jacobian = np.zeros((2 * space.logs, len(point)))
         jacobian[:, columns] = weigh(problem, slopes)
         gain = covariance @ jacobian.T @ np.linalg.inv(jacobian @ covariance @ jacobian.T + np.eye(len(jacobian)))
         off = weigh(problem, residuals) + jacobian @ (reached - space.center)
-        reached[columns] = (space.center + gain @ off)[columns]
-    return space.conditioned(space.center + gain @ off, covariance - gain @ jacobian @ covariance)
+        mean, reduction = space.center + gain @ off, gain @ jacobian @ covariance
+        reached[columns] = mean[columns]
+    return space.conditioned(mean, covariance - reduction)
 
 
 def one_curve(space: ParameterSpace) -> Array:
@@ -62,14 +63,17 @@ def one_curve(space: ParameterSpace) -> Array:
 
 
 def weigh(problem: Problem, series: list[Array]) -> Array:
-    """Return mean lift and change of lift (2 flights, ...) of outputs (m, 4, ...) of segments, in standard deviations."""
+    """Return mean and change of lift (2 flights, ...), in standard deviations.
+
+    series: outputs, residuals or derivatives (m, 4, ...) of every segment.
+    """
     rows = np.zeros((2 * problem.space.logs, *series[0].shape[2:]))
     for log in range(problem.space.logs):
         chosen = [k for k, part in enumerate(problem.samples) if part.log == log]
         masks = [problem.masks[k] > 0.0 for k in chosen]
         if sum(map(np.count_nonzero, masks)) > 1:
             age = np.concatenate([problem.samples[k].output_age[mask] for k, mask in zip(chosen, masks, strict=True)])
-            lift = np.concatenate([series[k][mask, LIFT] for k, mask in zip(chosen, masks, strict=True)])
+            lift = np.concatenate([series[k][mask, LIFT_COLUMN] for k, mask in zip(chosen, masks, strict=True)])
             rows[2 * log] = lift.mean(axis=0) / (MEAN_STD * problem.vehicle.gravity)
             rows[2 * log + 1] = _slope(age, lift) / (CHANGE_STD * problem.vehicle.gravity)
     return rows

@@ -29,7 +29,7 @@ def level() -> KnownFlight:
 
 def hover_of(vehicle):
     """Command at which four rotors of T = c w^2, w = u w_max, with the curve (1 - a) u^2 + a u, carry a vehicle: by bisection."""
-    low, high, a = 0.0, 1.0, vehicle.thrust_linear
+    low, high, u, a = 0.0, 1.0, 0.5, vehicle.thrust_linear
     full = 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2
     for _ in range(60):
         u = 0.5 * (low + high)
