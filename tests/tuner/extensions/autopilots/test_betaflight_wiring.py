@@ -18,7 +18,7 @@ PERIOD = 0.001
 class Mixing:
     """A board whose motors make torques against rates and tilt: thrusts T with x T, y T and spin T of the signs asked for."""
 
-    def __init__(self, order, yaw=1.0, level=0.3):
+    def __init__(self, order, yaw=1.0, level=4.0):
         self.order, self.yaw, self.level = order, yaw, level
         self.is_on = True
 
@@ -55,7 +55,7 @@ def test_every_order_of_the_motors_is_learnt(yaw):
 
 def test_a_build_that_estimates_its_attitude_is_named_with_the_option():
     with pytest.raises(InputError, match="EXTRA_FLAGS=-DSITL_ATTITUDE_DIRECT"):
-        learn_wiring(lambda _: Mixing((0, 1, 2, 3), level=0.004), SPINS, PERIOD, Path("sitl"))
+        learn_wiring(lambda _: Mixing((0, 1, 2, 3), level=0.2), SPINS, PERIOD, Path("sitl"))
 
 
 def test_motors_of_no_x_are_named_with_the_expected_versions():
