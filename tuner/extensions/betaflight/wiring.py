@@ -36,9 +36,15 @@ MIN_TILTING = 0.05
 """Smallest answer to tilt over that to the rate of pitch: 0.29 with the default level strength, 0.02 where it is estimated."""
 BUILD_ADVICE = "build it as docs/how_to/confirm.md says"
 ESTIMATOR_ADVICE = (
-    "its attitude is its own estimate, not the one it is given: build it with EXTRA_FLAGS=-DSITL_ATTITUDE_DIRECT, as "
+    "its attitude is its own estimate, not the one it is given: build it with -DSITL_ATTITUDE_DIRECT in EXTRA_FLAGS, as "
     "docs/how_to/confirm.md says"
 )
+RATE_ADVICE = (
+    "its loops run slower than the control period: build it with -DVIRTUAL_GYRO_SAMPLE_RATE_HZ=8000 in EXTRA_FLAGS, as "
+    "docs/how_to/confirm.md says"
+)
+N_FIRST_STEPS = 8
+"""Control periods at the begin of a pulse in half of which motors must change: filters spread the answer over 10 or more."""
 CORNERS = {(-1, 1): 0, (1, 1): 1, (-1, -1): 2, (1, -1): 3}
 """Signs of a motor's answers to rolling right and pitching nose down -> front left, front right, rear left, rear right."""
 
@@ -87,7 +93,7 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
     board = power_up(PACKET_WIRING)
     try:
         board.arm(_instant(), THROTTLE, STILL)
-        roll, pitch, yaw, tilt = (
+        answers = [
             _answer(board, pulse, period)
             for pulse in (
                 _instant(rate=(PULSE_RATE, 0.0, 0.0)),
@@ -95,9 +101,10 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
                 _instant(rate=(0.0, 0.0, PULSE_RATE)),
                 _instant(angles=(0.0, PULSE_TILT, 0.0)),
             )
-        )
+        ]
     finally:
         board.close()
+    roll, pitch, yaw, tilt = (answer[-1] for answer in answers)
     corners = [CORNERS[int(np.sign(a)), int(np.sign(b))] if a * b else -1 for a, b in zip(roll, pitch, strict=True)]
     if sorted(corners) != [0, 1, 2, 3] or min(np.abs(roll).mean(), np.abs(pitch).mean()) < MIN_ANSWER:
         raise InputError(
@@ -107,6 +114,8 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
         )
     first, second, third, fourth = (corners.index(corner) for corner in range(4))
     places = (first, second, third, fourth)
+    if np.count_nonzero(np.any(np.diff(answers[0][: N_FIRST_STEPS + 1], axis=0), axis=1)) < N_FIRST_STEPS // 2:
+        raise InputError(RATE_ADVICE, file=binary)
     if float(tilt @ np.sign(pitch)) < MIN_TILTING * float(np.abs(pitch).sum()):
         raise InputError(ESTIMATOR_ADVICE, file=binary)
     # The torque of yaw is against its rate; where it is with it, the build reads the rate with the other sign.
@@ -120,14 +129,12 @@ def _instant(
 
 
 def _answer(board: Probed, pulse: Instant, period: float) -> Array:
-    """Return the change of the motors (4,) over a pulse, after a rest."""
+    """Return the change of the motors (n, 4) in a pulse, after a rest."""
     before = STILL
     for _ in range(round(REST_DURATION / period)):
         before = board.step(_instant(), THROTTLE)
-    after = before
-    for _ in range(max(round(PULSE_DURATION / period), 1)):
-        after = board.step(pulse, THROTTLE)
-    return np.array(after) - np.array(before)
+    pulsed = [board.step(pulse, THROTTLE) for _ in range(max(round(PULSE_DURATION / period), N_FIRST_STEPS))]
+    return np.array([before, *pulsed]) - np.array(before)
 
 
 def _shown(answer: Array) -> str:

@@ -18,15 +18,20 @@ PERIOD = 0.001
 class Mixing:
     """A board whose motors make torques against rates and tilt: thrusts T with x T, y T and spin T of the signs asked for."""
 
-    def __init__(self, order, yaw=1.0, level=4.0):
-        self.order, self.yaw, self.level = order, yaw, level
-        self.is_on = True
+    def __init__(self, order, yaw=1.0, level=4.0, every=1):
+        self.order, self.yaw, self.level, self.every = order, yaw, level, every
+        self.is_on, self.filtered, self.count, self.sent = True, [0.0, 0.0, 0.0], 0, (0.0,) * 4
 
     def arm(self, initial, throttle, held):
         pass
 
     def step(self, setpoints, throttle):
-        p, q, r = setpoints.rate
+        self.count += 1
+        if self.count % self.every:
+            return self.sent
+        # A low-pass, as firmwares have before their loops.
+        self.filtered = [old + 0.3 * (new - old) for old, new in zip(self.filtered, setpoints.rate, strict=True)]
+        p, q, r = self.filtered
         roll, pitch, _ = setpoints.angles
         torque_x, torque_y, torque_z = -p - self.level * roll, -q - self.level * pitch, -self.yaw * r
         # A rotor at (x, y) with thrust T turns the body by (y T, -x T), and by its reaction with the sign of its spin.
@@ -38,7 +43,8 @@ class Mixing:
         sent = [0.0] * 4
         for rotor, place in enumerate(self.order):
             sent[place] = thrust[rotor]
-        return tuple(sent)
+        self.sent = tuple(sent)
+        return self.sent
 
     def close(self):
         self.is_on = False
@@ -54,8 +60,14 @@ def test_every_order_of_the_motors_is_learnt(yaw):
 
 
 def test_a_build_that_estimates_its_attitude_is_named_with_the_option():
-    with pytest.raises(InputError, match="EXTRA_FLAGS=-DSITL_ATTITUDE_DIRECT"):
+    with pytest.raises(InputError, match="-DSITL_ATTITUDE_DIRECT in EXTRA_FLAGS"):
         learn_wiring(lambda _: Mixing((0, 1, 2, 3), level=0.2), SPINS, PERIOD, Path("sitl"))
+
+
+def test_a_build_with_slower_loops_is_named_with_the_option():
+    """Its noise was twice the model's, for D and filters ran at 500 Hz in place of 4 kHz."""
+    with pytest.raises(InputError, match="-DVIRTUAL_GYRO_SAMPLE_RATE_HZ=8000"):
+        learn_wiring(lambda _: Mixing((0, 1, 2, 3), every=8), SPINS, PERIOD, Path("sitl"))
 
 
 def test_motors_of_no_x_are_named_with_the_expected_versions():
