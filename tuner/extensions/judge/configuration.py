@@ -44,7 +44,7 @@ class Setting(NamedTuple):
     alike: tuple[str, ...] = ()
 
     def is_harmless(self, *values: Value | None) -> bool:
-        """Return True for values between which a change is noted and does not forbid a verdict."""
+        """Return True for values between which a change is harmless."""
         if self.harmless is None:
             return bool(self.alike) and all(value is None or str(value).upper() in self.alike for value in values)
         low, high = self.harmless
@@ -214,7 +214,7 @@ def setting_of(firmware: str, name: str) -> Setting | None:
 
 
 def changed_configuration(firmware: str, before: Values, after: Values) -> Iterator[ConfigurationChange]:
-    """Yield the settings of the table that differ, without changes that are harmless.
+    """Yield the settings of the table that differ beyond harmless changes.
 
     A setting that a file lacks has the default; where that depends on the vehicle, its value is unknown, which is a difference.
 
