@@ -8,7 +8,8 @@ import pytest
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
-from tuner.extensions.betaflight.wiring import Wiring, learn_wiring
+from tuner.extensions.autopilots.instants import Instant
+from tuner.extensions.betaflight.wiring import STILL, Motors, Wiring, learn_wiring
 
 ROTORS = actuation(load("f450").vehicle).rotors
 SPINS = [mount.spin for mount in ROTORS]
@@ -20,12 +21,12 @@ class Mixing:
 
     def __init__(self, order, yaw=1.0, level=4.0, every=1):
         self.order, self.yaw, self.level, self.every = order, yaw, level, every
-        self.is_on, self.filtered, self.count, self.sent = True, [0.0, 0.0, 0.0], 0, (0.0,) * 4
+        self.is_on, self.filtered, self.count, self.sent = True, [0.0, 0.0, 0.0], 0, STILL
 
     def arm(self, initial, throttle, held):
         pass
 
-    def step(self, setpoints, throttle):
+    def step(self, setpoints: Instant, throttle: float) -> Motors:
         self.count += 1
         if self.count % self.every:
             return self.sent
@@ -43,7 +44,8 @@ class Mixing:
         sent = [0.0] * 4
         for rotor, place in enumerate(self.order):
             sent[place] = thrust[rotor]
-        self.sent = tuple(sent)
+        first, second, third, fourth = sent
+        self.sent = (first, second, third, fourth)
         return self.sent
 
     def close(self):
@@ -55,7 +57,9 @@ def test_every_order_of_the_motors_is_learnt(yaw):
     for order in permutations(range(4)):
         made = Mixing(order, yaw)
         # A build that works with a yaw rate of this sign, not against it, reads it with the other sign.
-        assert learn_wiring(lambda _, made=made: made, SPINS, PERIOD, Path("sitl")) == Wiring(order, -yaw)
+        assert learn_wiring(lambda _, made=made: made, SPINS, PERIOD, Path("sitl")) == Wiring(
+            (order[0], order[1], order[2], order[3]), -yaw
+        )
         assert not made.is_on
 
 
@@ -72,7 +76,7 @@ def test_a_build_with_slower_loops_is_named_with_the_option():
 
 def test_motors_of_no_x_are_named_with_the_expected_versions():
     class Coaxial(Mixing):
-        def step(self, setpoints, throttle):
+        def step(self, setpoints: Instant, throttle: float) -> Motors:
             front = 0.1 * setpoints.rate[1]
             return (throttle + front, throttle + front, throttle - front, throttle - front)
 
