@@ -15,6 +15,7 @@ from plant.quadrotor.airframes.actuation import Actuation
 from tuner.extensions.autopilots.firmware import Bench, Firmware, period_check
 from tuner.extensions.betaflight.board import BetaflightBoard, Sticks, shim_in
 from tuner.extensions.betaflight.command_line import load
+from tuner.extensions.betaflight.wiring import learn_wiring
 
 # The gyro's period [s] and the most of them in a period of the loops.
 GYRO_PERIOD, MAX_DIVIDER = 125e-6, 16
@@ -64,7 +65,9 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
     for lines in (bench_lines(bench.rotors, bench.control_period), text.splitlines()):
         load(bench.binary, bench.folder, shim, lines)
     sticks = Sticks(float(match[1]), float(YAW_RATE))
-    return partial(BetaflightBoard, bench.binary, bench.folder, shim, sticks, bench.control_period)
+    power_up = partial(BetaflightBoard, bench.binary, bench.folder, shim, sticks, bench.control_period)
+    spins = [mount.spin for mount in bench.rotors.rotors]
+    return partial(power_up, learn_wiring(power_up, spins, bench.control_period, bench.binary))
 
 
 BETAFLIGHT = Firmware(

@@ -19,6 +19,7 @@ from plant.errors import InputError
 from plant.own_code import refuse_program
 from tuner.extensions.autopilots.instants import Instant
 from tuner.extensions.autopilots.process import BINARY
+from tuner.extensions.betaflight.wiring import EXPECTED_VERSIONS, Wiring
 
 # Longest wait for an answer [s].
 PATIENCE = 20.0
@@ -26,12 +27,12 @@ PATIENCE = 20.0
 ENDING = 0.5
 # Simulated time before arming and after it, until filters and mixer have settled [s]; throttle that is low for sure [us].
 WAKING, SETTLING, LOW = 3.0, 0.2, 950
+# Longest time between packets of the sticks [s]: without them releases from 2026.12 on count the link as lost.
+LINK = 0.01
 # State: time, rates, acceleration, attitude w x y z, velocity, position, pressure. The time stands still: from its progress the
 # program would guess how fast simulated time goes, and round.
 STATE, CHANNELS, MOTORS = struct.Struct("<18d"), struct.Struct("<d16H"), struct.Struct("<4f")
 AT_REST, NOWHERE, PRESSURE = (0.0, 0.0, -9.80665), (0.0,) * 6, 101325.0
-# Places in its packet of the motors at our rotors: front left, front right, rear left, rear right.
-PLACES = (2, 0, 1, 3)
 MIDDLE, HALF, MAX_PULSE, ON, OFF = 1500, 500.0, 2000, 2000, 1000
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
 
@@ -57,10 +58,14 @@ class Sticks:
 class BetaflightBoard:
     """A board of the seam `tuner.extensions.autopilots.firmware.Board`."""
 
-    def __init__(self, binary: Path, folder: Path, shim: Path, sticks: Sticks, control_period: float) -> None:
+    def __init__(
+        self, binary: Path, folder: Path, shim: Path, sticks: Sticks, control_period: float, wiring: Wiring
+    ) -> None:
         """Power up with a copy of the settings in a folder; raises InputError where nothing answers."""
+        self._wiring = wiring
         self._binary, self._sticks, self._period = binary, sticks, control_period
         self._last: tuple[int, ...] = ()
+        self._repeated, self._unsent = max(round(LINK / control_period), 1), 0
         self._process: subprocess.Popen[bytes] | None = None
         self._workspace = tempfile.TemporaryDirectory(prefix="gainproof-")
         pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
@@ -94,7 +99,10 @@ class BetaflightBoard:
                 sticks = self._sticks.channels(LEVEL, throttle)
                 motors = self._step(LEVEL, (*sticks[:2], LOW if low else sticks[2], sticks[3], switch, ON))
         if not min(motors) > 0.0:
-            raise InputError("Betaflight does not arm: its motors stand still at hover throttle", file=self._binary)
+            raise InputError(
+                f"Betaflight does not arm: its motors stand still at hover throttle; expected is {EXPECTED_VERSIONS}",
+                file=self._binary,
+            )
 
     def step(self, setpoints: Instant, throttle: float) -> tuple[float, float, float, float]:
         """Run one control period."""
@@ -111,16 +119,21 @@ class BetaflightBoard:
 
     def _step(self, setpoints: Instant, channels: tuple[int, ...]) -> tuple[float, float, float, float]:
         try:
-            if channels != self._last:
+            self._unsent += 1
+            if channels != self._last or self._unsent >= self._repeated:
                 self._sent.send(CHANNELS.pack(0.0, *channels, *(OFF,) * (16 - len(channels))))
-                self._last = channels
-            x, y, z = setpoints.rate
-            self._state.send(STATE.pack(0.0, x, -y, -z, *AT_REST, *attitude(setpoints.angles), *NOWHERE, PRESSURE))
+                self._last, self._unsent = channels, 0
+            self._state.send(self._packet(setpoints))
         except OSError:
             raise self._silent() from None
         motors = MOTORS.unpack(self._answer())
-        first, second, third, fourth = (motors[place] for place in PLACES)
+        first, second, third, fourth = (motors[place] for place in self._wiring.places)
         return first, second, third, fourth
+
+    def _packet(self, setpoints: Instant) -> bytes:
+        x, y, z = setpoints.rate
+        rates = (x, -y, self._wiring.yaw * z)
+        return STATE.pack(0.0, *rates, *AT_REST, *attitude(setpoints.angles), *NOWHERE, PRESSURE)
 
     def _answer(self) -> bytes:
         try:
@@ -130,13 +143,19 @@ class BetaflightBoard:
         if not answer:
             raise self._silent()
         if len(answer) != MOTORS.size:
-            raise InputError(f"answered with {len(answer)} bytes, four motors are {MOTORS.size}", file=self._binary)
+            raise InputError(
+                f"answered with {len(answer)} bytes, four motors are {MOTORS.size}; expected is {EXPECTED_VERSIONS}",
+                file=self._binary,
+            )
         return answer
 
     def _silent(self) -> InputError:
         code = None if self._process is None else self._ended(self._process)
         reason = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
-        return InputError(f"{reason}; docs/how_to/confirm.md says how to build it", file=self._binary)
+        return InputError(
+            f"{reason}; expected is {EXPECTED_VERSIONS}, and docs/how_to/confirm.md says how to build it",
+            file=self._binary,
+        )
 
     @staticmethod
     def _ended(process: "subprocess.Popen[bytes]") -> int | None:

@@ -31,8 +31,8 @@ from tuner.extensions.identification.response_comparison import (
 from tuner.extensions.identification.white_noise import gyro_noise, white_noise
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.extensions.vehicle_fit.identifiability import GIVEN
-from tuner.extensions.vehicle_fit.parameters import NODES, EarlierPosterior, Parameter, space_of
-from tuner.extensions.vehicle_fit.prediction import HORIZON, cut
+from tuner.extensions.vehicle_fit.parameters import NODES, THRUSTS, EarlierPosterior, Parameter, space_of
+from tuner.extensions.vehicle_fit.prediction import HORIZON, OF, PART, cut
 from tuner.extensions.vehicle_fit.random_effects import QUANTILE
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
 from tuner.text.numbers import per_cent
@@ -48,6 +48,10 @@ MAX_CORRELATED_SHARE = 0.25
 """Share of autocorrelations beyond their bound above which residuals do not count as white."""
 MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
+NO_WINDOW_ADVICE = (
+    f"No window was kept from the fit, because no flight without a pause lasts {PART * OF + HORIZON:g} s: its prediction is not "
+    "validated. Fly longer."
+)
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
     "Weigh the vehicle and measure its arms: no log identifies mass and arm, and if they are wrong by 5 %, inertias and thrust "
@@ -67,7 +71,10 @@ def identification_document(
     rate = min(log.rate for log in identified.logs)
     compared = compare_responses(identified.fit, identified.problem, [*noise, *lift_noise], rate)
     rows = zip(
-        identified.space.parameters[: identified.space.physical], fit.estimate.tolist(), deviations, strict=False
+        identified.space.unweighed.parameters[: identified.space.physical],
+        fit.estimate.tolist(),
+        deviations,
+        strict=False,
     )
     return IdentificationDocument(
         airframe=identified.airframe.name,
@@ -139,8 +146,10 @@ def _is_covariance(matrix: Array) -> bool:
 
 
 def prediction_rows(identified: Identified) -> list[PredictionRow]:
-    """Return the held-out prediction of each output of the fit."""
+    """Return the held-out prediction of each output of the fit: none where the flights are too short to hold windows out."""
     validation, windows = identified.validation, identified.windows
+    if windows.is_empty:
+        return []
     fitted_on = cut(identified.problem, [part.measured for part in identified.problem.samples], 1.0)
     moved = np.sqrt(np.mean(windows.measured**2, axis=(0, 1)) / np.mean(fitted_on**2, axis=(0, 1)))
     return [
@@ -225,8 +234,12 @@ def verdict(identified: Identified) -> str:
     )
     if left:
         sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would identify them.")
-    if identified.wider:
-        sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
+    if identified.space.weighed is not None:
+        sentences.append(
+            "The thrusts are those that carry the weight at the mean command, because lift hardly follows the commands."
+        )
+    if wider := [name for name in identified.wider if name not in THRUSTS]:
+        sentences.append(f"No better known than before: {', '.join(wider)}.")
     at = names.index("dead_time")
     dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.covariance[at, at])
     if "dead_time" in identifiable and dead_time + QUANTILE * deviation < 0.0:
@@ -234,7 +247,8 @@ def verdict(identified: Identified) -> str:
             f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
             "commands by more than the rotors' delay."
         )
-    return " ".join([*sentences, *prediction_words(prediction_rows(identified)), WEIGH])
+    predicted = [NO_WINDOW_ADVICE] if identified.windows.is_empty else prediction_words(prediction_rows(identified))
+    return " ".join([*sentences, *predicted, WEIGH])
 
 
 def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
@@ -296,13 +310,14 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
     at = identified.space.names.index("thrust.30")
     part = slice(at, at + len(NODES))
     inverse = np.linalg.inv(np.vander(NODES, 3, increasing=True))
-    prior = np.array([exp(entry.coordinate) for entry in identified.space.parameters[part]])
+    space = identified.space.unweighed
+    prior = np.array([exp(entry.coordinate) for entry in space.parameters[part]])
     thrust = np.exp(identified.fit.estimate[part])
     now, before = (
         (inverse @ nodes, np.sqrt(np.diag(inverse @ (np.outer(nodes, nodes) * matrix) @ inverse.T)))
         for nodes, matrix in (
             (thrust, identified.covariance[part, part]),
-            (prior, np.diag(identified.space.prior_std[part] ** 2)),
+            (prior, np.diag(space.prior_std[part] ** 2)),
         )
     )
     unknown = identified.reasons.keys() | identified.wider.keys()

@@ -20,14 +20,17 @@ MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", o
 MEASURED_BAND = Look("default", opacity=0.22)
 
 
-def prediction_figure(fit: Identified) -> Figure:
-    """Return the chart of the windows for paper."""
-    return figure_of(prediction_panels(fit), 2, HEIGHT, titled=True)
+def prediction_figure(fit: Identified) -> Figure | None:
+    """Return the chart of the windows for paper; None without held-out windows."""
+    panels = prediction_panels(fit)
+    return figure_of(panels, 2, HEIGHT, titled=True) if panels else None
 
 
 def prediction_panels(fit: Identified) -> list[Panel]:
-    """Return a panel for each output: prediction with 95 % band, measurement."""
+    """Return a panel for each output: prediction with 95 % band, measurement; none without held-out windows."""
     validation, panels = fit.validation, []
+    if validation.windows.is_empty:
+        return []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
         measured, modeled = validation.windows.measured[..., k], validation.windows.modeled[..., k]
         most = np.sort(np.argsort(-np.std(measured, axis=1))[:SHOWN])
@@ -50,7 +53,12 @@ def prediction_panels(fit: Identified) -> list[Panel]:
 
 
 def spectrum_panels(fit: Identified) -> list[Panel]:
-    """Return a panel for each output: the spectrum of what was measured and of what the model leaves over."""
+    """Return a panel for each output: the spectrum of what was measured and of what the model leaves over.
+
+    None without held-out windows.
+    """
+    if fit.windows.is_empty:
+        return []
     frequency, measured, left = fit.validation.spectra
     panels = []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
@@ -84,7 +92,7 @@ def whiteness_panels(fit: Identified) -> list[Panel]:
     return panels
 
 
-def figures_of(identified: Identified) -> Mapping[str, Callable[[], Figure]]:
+def figures_of(identified: Identified) -> Mapping[str, Callable[[], Figure | None]]:
     """Return the figures of an identification by name."""
     return {"prediction": lambda: prediction_figure(identified)}
 

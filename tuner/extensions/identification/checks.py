@@ -21,6 +21,10 @@ MIN_RATE = 50.0
 """Rate of a log [Hz] below which nothing can be identified."""
 USUAL_RATE = 200.0
 """Rate of a log [Hz] below which little can be identified."""
+MIN_COMMAND_RATE = 20.0
+"""Changes of motor commands in a second below which nothing can be identified: rotors lag by 20 to 100 ms."""
+USUAL_COMMAND_RATE = 100.0
+"""Changes of motor commands in a second below which little can be identified."""
 MAX_LOST_SHARE = 0.02
 """Largest share of lost samples."""
 MAX_SATURATED_SHARE = 0.02
@@ -60,6 +64,7 @@ def check_flight(log: FlightLog, airframe: Airframe) -> tuple[LogIssue, ...]:
     findings = [
         *(LogIssue(False, text) for text in log.notes),
         *_time_base(log),
+        *_command_rate(log),
         *_commands(log),
         *_gravity(log, airframe),
     ]
@@ -97,6 +102,17 @@ def _time_base(log: FlightLog) -> Iterator[LogIssue]:
     share = log.lost / (len(log.time) + log.lost)
     if share > MAX_LOST_SHARE:
         yield LogIssue(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
+
+
+def _command_rate(log: FlightLog) -> Iterator[LogIssue]:
+    """Compare the rate of the motor commands with the log's: a logger may hold them between its own samples."""
+    changes = np.any(np.diff(log.command, axis=0) != 0.0, axis=1)
+    rate = float(np.count_nonzero(changes)) / log.duration
+    if rate < min(USUAL_COMMAND_RATE, 0.5 * log.rate):
+        text = (
+            f"motor commands change {rate:.0f} times a second in a log of {log.rate:.0f} samples a second; log them at "
+        )
+        yield LogIssue(rate < MIN_COMMAND_RATE, f"{text}{COMPARED_RATE:.0f} Hz or more")
 
 
 def _commands(log: FlightLog) -> Iterator[LogIssue]:

@@ -23,13 +23,14 @@ from tuner.extensions.vehicle_fit.fit import Fit, Problem, fit_parameters
 from tuner.extensions.vehicle_fit.flights import flights_of
 from tuner.extensions.vehicle_fit.identifiability import (
     GIVEN,
+    barely_weighed,
     counted_outputs,
     impossible,
     previously_identified,
     unidentifiable,
     wider_than_prior,
 )
-from tuner.extensions.vehicle_fit.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
+from tuner.extensions.vehicle_fit.parameters import ARM, MASS, THRUSTS, EarlierPosterior, ParameterSpace, space_of
 from tuner.extensions.vehicle_fit.prediction import PredictionWindows, fit_masks, prediction_windows, settled_masks
 from tuner.extensions.vehicle_fit.random_effects import (
     FlightEstimate,
@@ -41,6 +42,7 @@ from tuner.extensions.vehicle_fit.random_effects import (
 )
 from tuner.extensions.vehicle_fit.regression import RegressionBounds, forward_and_inverse_regression, initial_estimate
 from tuner.extensions.vehicle_fit.samples import LogSegment, resample
+from tuner.extensions.vehicle_fit.weight import LIFT_COLUMN, condition_on_weight
 
 Array = NDArray[np.float64]
 ProgressCallback = Callable[[int, int], None]
@@ -137,6 +139,13 @@ def identify_vehicle(
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     if not any(fitting.outputs):
         raise InputError(SILENT, file=flights[0].name)
+    weak: dict[str, str] = {}
+    if not fitting.outputs[LIFT_COLUMN] and not set(THRUSTS) & previously_identified(space):
+        space = condition_on_weight(complete, early.estimate)
+        wide = space if earlier is None else condition_on_weight(replace(complete, space=wide), early.estimate)
+        fitting, complete = replace(fitting, space=space), replace(complete, space=space)
+        reasons, weak = {name: why for name, why in reasons.items() if name not in THRUSTS}, barely_weighed(space)
+        free &= np.array([name not in THRUSTS for name in space.names])
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
@@ -156,7 +165,7 @@ def identify_vehicle(
         validate_fit(early, fitting),
         forward_and_inverse_regression(space, fit.estimate, samples, vehicle),
         {name: why for name, why in reasons.items() if name in GIVEN or name not in previously_identified(space)},
-        wider_than_prior(fit, free),
+        wider_than_prior(fit, free) | weak,
         alone,
     )
 

@@ -16,11 +16,10 @@ from tuner.extensions.identification.identify import Identified
 from tuner.extensions.identification.rotor_lines import RotorLine, rotor_lines
 from tuner.extensions.identification.white_noise import gyro_density
 from tuner.extensions.vehicle_fit.identifiability import NARROWED
-from tuner.extensions.vehicle_fit.parameters import NODES
+from tuner.extensions.vehicle_fit.parameters import THRUSTS
 from tuner.extensions.vehicle_fit.random_effects import QUANTILE
 
 Array = NDArray[np.float64]
-THRUSTS = tuple(f"thrust.{100 * u:.0f}" for u in NODES.tolist())
 INFLOW = "estimated: the drag of a climb at the places of the rotors, or the airframe's own where larger; no log is asked for it"
 
 
@@ -63,8 +62,10 @@ def _hover_curve(identified: Identified) -> HoverCurve:
 
 
 def _is_slope_identified(identified: Identified, curve: HoverCurve) -> bool:
-    """Return True if logs halve the interval of `thrust_linear`."""
+    """Return True if logs halve the interval of `thrust_linear`; the weight alone does not."""
     space = identified.space
+    if space.weighed is not None:
+        return False
     nodes = [space.names.index(name) for name in THRUSTS]
     variance = curve.by_linear @ identified.covariance[np.ix_(nodes, nodes)] @ curve.by_linear
     before = float(np.linalg.norm(curve.by_linear * space.initial_std[nodes]))

@@ -46,7 +46,8 @@ RESPONSES = (("from the logs", MEASURED), ("of the model", MODELLED))
 def identification_page(fit: Identified, document: IdentificationDocument) -> Page:
     """Return the page."""
     parts = (prediction_panels(fit), spectrum_panels(fit), whiteness_panels(fit))
-    shown = [[panel for panel, used in zip(part, fit.problem.outputs, strict=True) if used] for part in parts]
+    # Flights too short to hold windows out have no panels of these.
+    shown = [[panel for panel, used in zip(part, fit.problem.outputs, strict=bool(part)) if used] for part in parts]
     shown.append(response_panels(document.responses))
     return Page(
         kind="identification",

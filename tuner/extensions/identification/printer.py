@@ -21,7 +21,8 @@ def print_identification(identification: "Identification", console: Console) -> 
     for row in (*document.numbers, *document.curve):
         table.add_row(*number_cells(row), style=None if row.identified else "yellow")
     console.print(table)
-    console.print(prediction_table(document))
+    if document.prediction:
+        console.print(prediction_table(document))
     console.print(regression_text(document))
     console.warn(document.warnings)
     console.print(document.verdict)

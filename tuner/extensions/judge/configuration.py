@@ -30,6 +30,8 @@ class Setting(NamedTuple):
         default: Value of the firmware; None where it depends on board or vehicle.
         source: File of the firmware that declares it.
         blocking: Values with which no vehicle flies as modelled.
+        harmless: Lowest and highest value between which a change moves no flight of a judgement; None where each may.
+        alike: Words that fly alike; a value that the file lacks is taken for one of them.
     """
 
     firmware: str
@@ -38,6 +40,16 @@ class Setting(NamedTuple):
     default: Value | None
     source: str
     blocking: tuple[Value, ...] = ()
+    harmless: tuple[float, float] | None = None
+    alike: tuple[str, ...] = ()
+
+    def is_harmless(self, *values: Value | None) -> bool:
+        """Return True for values between which a change is harmless."""
+        if self.harmless is None:
+            return bool(self.alike) and all(value is None or str(value).upper() in self.alike for value in values)
+        low, high = self.harmless
+        numbers = [None if value is None else _number(value) for value in values]
+        return all(number is not None and low <= number <= high for number in numbers)
 
 
 _SENSORS = "PX4-Autopilot src/modules/sensors/sensor_params.c (1.17: sensor_params.yaml)"
@@ -140,17 +152,24 @@ SETTINGS = (
     Setting("betaflight", "map", ORDER, "AETR1234", _COMMANDS),
     Setting("betaflight", "feature_3D", SENSE, "OFF", _COMMANDS),
     Setting("betaflight", "3d_switched_mode", SENSE, "OFF", _CLI),
-    Setting("betaflight", "motor_pwm_inversion motor_pwm_protocol", SENSE, None, _CLI),
+    Setting("betaflight", "motor_pwm_inversion", SENSE, None, _CLI),
+    # Digital commands have one scale; an ESC that lacks the faster protocol does not start.
+    Setting("betaflight", "motor_pwm_protocol", SENSE, None, _CLI, alike=("DSHOT150", "DSHOT300", "DSHOT600")),
     Setting("betaflight", "mixer_type", LIMIT, "LEGACY", _CLI),
-    Setting("betaflight", "motor_idle dshot_idle_value min_throttle max_throttle", LIMIT, None, _CLI),
+    # Idle of 1 to 10 % of the motors, in hundredths of a per cent or as a pulse: the loop gain scales with the other 90 to 99 %.
+    Setting("betaflight", "motor_idle dshot_idle_value", LIMIT, "550", _CLI, harmless=(100.0, 1000.0)),
+    Setting("betaflight", "min_throttle", LIMIT, "1070", _CLI, harmless=(1010.0, 1100.0)),
+    Setting("betaflight", "max_throttle", LIMIT, None, _CLI),
     Setting("betaflight", "motor_output_limit", LIMIT, "100", _CLI),
-    Setting("betaflight", "pidsum_limit", LIMIT, "500", _CLI),
-    Setting("betaflight", "pidsum_limit_yaw", LIMIT, "400", _CLI),
+    # Of 1000, the whole range of the motors: from 400 on (yaw 300) motors meet their limits before the sum does.
+    Setting("betaflight", "pidsum_limit", LIMIT, "500", _CLI, harmless=(400.0, 1000.0)),
+    Setting("betaflight", "pidsum_limit_yaw", LIMIT, "400", _CLI, harmless=(300.0, 1000.0)),
     Setting("betaflight", "roll_rate_limit pitch_rate_limit yaw_rate_limit", LIMIT, "1998", _CLI),
     Setting("betaflight", "acc_limit acc_limit_yaw", LIMIT, "0", _CLI),
     Setting("betaflight", "throttle_limit_type", LIMIT, "OFF", _CLI),
     Setting("betaflight", "throttle_limit_percent", LIMIT, "100", _CLI),
-    Setting("betaflight", "vbat_sag_compensation", SCALE, "0", _CLI),
+    # On a full battery it does nothing; flights on a low one here have the gain without it, the lowest.
+    Setting("betaflight", "vbat_sag_compensation", SCALE, "0", _CLI, harmless=(0.0, 150.0)),
     Setting("crazyflie", "imu_sensors.imuPhi imu_sensors.imuTheta imu_sensors.imuPsi", ORIENTATION, 0.0, _IMU),
     Setting("crazyflie", "stabilizer.controller stabilizer.estimator", LAW, 0.0, _STABILIZER),
     Setting("crazyflie", "flightmode.stabModeRoll flightmode.stabModePitch flightmode.stabModeYaw", LAW, None, _MODES),
@@ -195,7 +214,7 @@ def setting_of(firmware: str, name: str) -> Setting | None:
 
 
 def changed_configuration(firmware: str, before: Values, after: Values) -> Iterator[ConfigurationChange]:
-    """Yield the settings of the table that differ.
+    """Yield the settings of the table that differ beyond harmless changes.
 
     A setting that a file lacks has the default; where that depends on the vehicle, its value is unknown, which is a difference.
 
@@ -209,7 +228,7 @@ def changed_configuration(firmware: str, before: Values, after: Values) -> Itera
         if row is None:
             continue
         old, new = (values.get(name, row.default) for values in (before, after))
-        if not is_same_value(old, new):
+        if not is_same_value(old, new) and not row.is_harmless(old, new):
             yield ConfigurationChange(name, row.decides, f"{_shown(old)} to {_shown(new)}")
 
 

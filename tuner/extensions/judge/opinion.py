@@ -5,7 +5,8 @@ sensitivity grows beyond 2; a rule of the firmware's own tools refuses the chang
 paired flights alone, each difference by the rule of `objectives.risk.differences`; less noise for larger errors is "quieter
 and softer", the reverse "stiffer and louder". For the verdict a loop that comes from above 4.3 to at most 2 counts as better,
 too. If no airframe is named, loops are those of the middle of a class, so margins of two files refuse only what the change made
-worse, and losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
+worse, those of one file an unstable loop (a peak above 4.3 is not judged: other vehicles of the class are quicker or weaker),
+and losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
 (`spread_losses.py`).
 """
 
@@ -37,6 +38,7 @@ from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
+CLASS_ADVICE = "that is the class's middle, and a tune fits one vehicle: give this one's airframe with --airframe"
 MAX_CLASS_LOSS = 0.5
 """Largest share of lost vehicles of a class."""
 
@@ -77,6 +79,8 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
         return DO_NOT_FLY, refusals
     if evidence.spread and evidence.airframe.is_known:
         return NOT_JUDGED, list(evidence.spread.values())[:1]
+    if fragile := class_reasons(evidence):
+        return NOT_JUDGED, fragile
     if evidence.comparison is None:
         violated = [rule_text(row) for row in evidence.rules if row.verdict == "violated"]
         spread = list(evidence.spread.values())[:1]
@@ -138,6 +142,18 @@ def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:
             yield reason
 
 
+def class_reasons(evidence: Evidence) -> list[str]:
+    """Return the fragile loops of one file on a class."""
+    if evidence.airframe.is_known or evidence.comparison is not None:
+        return []
+    fragile = [row for row in evidence.loops if FRAGILE_MS < _peak(row.after.ms) < inf]
+    texts = [
+        f"peak sensitivity Ms, {row.channel}: {significant(_peak(row.after.ms), 3)}, max {FRAGILE_MS:g}"
+        for row in fragile
+    ]
+    return [*texts, CLASS_ADVICE] if texts else []
+
+
 def loss_reason(scenario: AssessedScenario, limit: float) -> str:
     """Return the reason of lost flights, or ""; limit: largest probability of loss."""
     lost, before = scenario.lost_after, scenario.lost_before
@@ -164,7 +180,8 @@ def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
     after = _peak(loop.after.ms)
     has_grown = before is not None and after > GROWTH * before
     limit = MAX_MS if has_grown else FRAGILE_MS
-    if after <= limit or not (has_grown or is_known or before is None):
+    # The middle of a class is no vehicle: one file that is fragile there is not judged, unless the loop is unstable.
+    if after <= limit or not (has_grown or is_known or (before is None and after == inf)):
         return ""
     earlier = "" if before is None else f" ({significant(before, 3)} before)"
     if after == inf:

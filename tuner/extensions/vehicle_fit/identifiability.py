@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from plant.quadrotor.airframes.rules import torque_ratios
 from plant.quadrotor.vehicle import Vehicle
 from tuner.extensions.vehicle_fit.fit import Fit, Problem
-from tuner.extensions.vehicle_fit.parameters import ParameterSpace
+from tuner.extensions.vehicle_fit.parameters import THRUSTS, ParameterSpace
 from tuner.extensions.vehicle_fit.prediction import PredictionWindows
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
 
@@ -30,7 +30,7 @@ OF_OUTPUT = {
     "roll": ("inertia.x", "centre.y"),
     "pitch": ("inertia.y", "centre.x"),
     "yaw": ("inertia_share", "torque_ratio", "rotor_inertia"),
-    "lift": ("drag_linear.z", "thrust.30", "thrust.65", "thrust.100"),
+    "lift": ("drag_linear.z", *THRUSTS),
 }
 """Parameters that are identifiable from one output only."""
 
@@ -38,6 +38,16 @@ OF_OUTPUT = {
 def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
     """Return the problem without outputs whose parameters all stay at the prior: these would only bias the others."""
     return replace(problem, outputs=tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS))
+
+
+def barely_weighed(space: ParameterSpace) -> dict[str, str]:
+    """Return thrusts that the weight hardly narrows, with the reason."""
+    ratio = space.prior_std / space.initial_std
+    return {
+        name: f"from the weight at the mean command alone: its interval shrinks to {100.0 * share:.0f} % of the prior's only"
+        for name, share in zip(space.names, ratio.tolist(), strict=True)
+        if name in THRUSTS and share > NARROWED
+    }
 
 
 def previously_identified(space: ParameterSpace) -> set[str]:

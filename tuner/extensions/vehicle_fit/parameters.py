@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 NODES = np.array([0.3, 0.65, 1.0])
 """Motor commands whose thrusts are the parameters of the thrust curve, a parabola through them."""
+THRUSTS = tuple(f"thrust.{100.0 * u:.0f}" for u in NODES.tolist())
+"""Names of these thrusts."""
 _CURVE = np.linalg.inv(np.vander(NODES, 3, increasing=True))
 
 
@@ -133,16 +135,29 @@ class EarlierPosterior:
         return replace(self, covariance=covariance, flights=flights)
 
 
+class WeighedPrior(NamedTuple):
+    """Prior after the weight.
+
+    Attributes:
+        covariance: Covariance (n, n).
+        before: The space before the weight.
+    """
+
+    covariance: Array
+    before: "ParameterSpace"
+
+
 @dataclass(frozen=True, eq=False)
 class ParameterSpace:
     """Coordinates of a vehicle and its logs, with their prior; the last are nuisances, `NUISANCES` for each log.
 
-    earlier: posterior of earlier logs, None where there are none.
+    earlier: posterior of earlier logs, None where there are none. weighed: prior conditioned on the weight, None where it is not.
     """
 
     parameters: tuple[Parameter, ...]
     logs: int
     earlier: EarlierPosterior | None = None
+    weighed: "WeighedPrior | None" = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -162,6 +177,8 @@ class ParameterSpace:
     @cached_property
     def covariance(self) -> Array:
         """The prior's covariance (n, n)."""
+        if self.weighed is not None:
+            return self.weighed.covariance
         covariance = np.diag(self.prior_std**2)
         if self.earlier is not None:
             covariance[: self.physical, : self.physical] = self.earlier.covariance
@@ -170,13 +187,15 @@ class ParameterSpace:
     @cached_property
     def precision(self) -> Array:
         """The inverse (n, n) of the prior's covariance."""
-        if self.earlier is None:
+        if self.earlier is None and self.weighed is None:
             return np.diag(self.prior_std**-2.0)
         return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
     @property
     def initial_std(self) -> Array:
         """Standard deviations (n,) before any log, against which identifiability is judged."""
+        if self.weighed is not None:
+            return self.weighed.before.initial_std
         std = self.prior_std
         if self.earlier is not None:
             std[: self.physical] = self.earlier.initial_std
@@ -184,12 +203,22 @@ class ParameterSpace:
 
     def with_prior(self, earlier: EarlierPosterior) -> "ParameterSpace":
         """Return the space with the posterior of earlier logs as its prior."""
-        prior_std = np.sqrt(np.diag(earlier.covariance)).tolist()
-        first = [
-            entry._replace(value=entry.number(value), deviation=deviation)
-            for entry, value, deviation in zip(self.parameters, earlier.point.tolist(), prior_std, strict=False)
-        ]
+        first = _centered(self.parameters[: self.physical], earlier.point, earlier.covariance)
         return ParameterSpace((*first, *self.parameters[self.physical :]), self.logs, earlier)
+
+    def conditioned(self, point: Array, covariance: Array) -> "ParameterSpace":
+        """Return the space after the weight.
+
+        point, covariance: mean (n,) and covariance (n, n) of its prior.
+        """
+        return replace(
+            self, parameters=_centered(self.parameters, point, covariance), weighed=WeighedPrior(covariance, self)
+        )
+
+    @property
+    def unweighed(self) -> "ParameterSpace":
+        """The space before the weight."""
+        return self if self.weighed is None else self.weighed.before
 
     @property
     def physical(self) -> int:
@@ -216,6 +245,15 @@ class ParameterSpace:
             v[17],
             *biases.T,
         )
+
+
+def _centered(parameters: Sequence[Parameter], point: Array, covariance: Array) -> tuple[Parameter, ...]:
+    """Return parameters whose prior has a mean (n,) and covariance (n, n)."""
+    prior_std = np.sqrt(np.diag(covariance)).tolist()
+    return tuple(
+        entry._replace(value=entry.number(value), deviation=deviation)
+        for entry, value, deviation in zip(parameters, point.tolist(), prior_std, strict=True)
+    )
 
 
 def _gyro_delay(cutoff: float) -> Parameter:
@@ -255,14 +293,14 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         ),
         *[
             Parameter(
-                f"thrust.{100 * u:.0f}",
+                name,
                 "N",
                 full * u * (u + vehicle.thrust_linear * (1.0 - u)),
                 WIDE,
                 True,
                 f"thrust of a rotor at {100 * u:.0f} % command",
             )
-            for u in NODES.tolist()
+            for name, u in zip(THRUSTS, NODES.tolist(), strict=True)
         ],
         Parameter("lag_up", "s", vehicle.lag_up, LAG, True, "time constant of a rotor that speeds up"),
         Parameter("lag_down", "s", vehicle.lag_down, LAG, True, "time constant of a rotor that slows down"),

@@ -32,6 +32,11 @@ class PredictionWindows:
     modeled: Array
 
     @property
+    def is_empty(self) -> bool:
+        """Whether no window lies in the chosen samples: a short flight keeps none from the fit."""
+        return not len(self.time)
+
+    @property
     def explained(self) -> Array:
         """Share (4,) of the variance of each output that the model explains; negative where it predicts worse than the mean."""
         residual = np.sum((self.measured - self.modeled) ** 2, axis=(0, 1))

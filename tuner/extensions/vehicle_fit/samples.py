@@ -58,6 +58,12 @@ class LogSegment:
         count = len(self.lift) // self.share - 1
         return self.begin + self.period * self.share * np.arange(1.0, count + 1.0)
 
+    @property
+    def output_age(self) -> Array:
+        """Share (m,) of the log's time that has passed at the outputs."""
+        count = len(self.age) // self.share
+        return self.age[: count * self.share].reshape(-1, self.share).mean(axis=1)[1:]
+
 
 def resample(stretch: FlightLog, log: int, begin: float, duration: float) -> LogSegment:
     """Return a stretch on a uniform grid: commands held, measurements linearly interpolated.

@@ -25,6 +25,7 @@ from tuner.extensions.betaflight import board, command_line
 from tuner.extensions.betaflight.bench import install
 from tuner.extensions.betaflight.board import BetaflightBoard, Sticks, attitude, shim_in
 from tuner.extensions.betaflight.command_line import load
+from tuner.extensions.betaflight.wiring import PACKET_WIRING
 
 STICKS = Sticks(30.0, 100.0)
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
@@ -89,7 +90,7 @@ def test_a_program_that_does_not_fly_is_told_in_one_line(tmp_path, shim, monkeyp
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
     with pytest.raises(InputError, match=said) as caught:
-        BetaflightBoard(fake(tmp_path, text), tmp_path, shim, STICKS, 0.00025)
+        BetaflightBoard(fake(tmp_path, text), tmp_path, shim, STICKS, 0.00025, PACKET_WIRING)
     assert "\n" not in str(caught.value)
     assert time.monotonic() - begin < 10.0
     assert not os.listdir(temporary)
@@ -97,11 +98,11 @@ def test_a_program_that_does_not_fly_is_told_in_one_line(tmp_path, shim, monkeyp
 
 def test_motors_of_another_size_are_told(tmp_path, shim):
     with pytest.raises(InputError, match="answered with 7 bytes, four motors are 16"):
-        BetaflightBoard(speaks(tmp_path, 7), tmp_path, shim, STICKS, 0.00025)
+        BetaflightBoard(speaks(tmp_path, 7), tmp_path, shim, STICKS, 0.00025, PACKET_WIRING)
 
 
 def test_a_program_that_dies_in_flight_is_told(tmp_path, shim):
-    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
+    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025, PACKET_WIRING)
     try:
         assert made.step(LEVEL, 0.5) == (0.0, 0.0, 0.0, 0.0)
         process: Any = made._process
@@ -115,7 +116,9 @@ def test_a_program_that_dies_in_flight_is_told(tmp_path, shim):
 
 def test_sticks_count_in_the_period_that_they_were_given_for(tmp_path, shim):
     """On a busy machine too: a packet that a thread has in hand, but is not done with, is waited for."""
-    made = BetaflightBoard(compiled(tmp_path, "slow_sticks.c", "-rdynamic"), tmp_path, shim, STICKS, 0.00025)
+    made = BetaflightBoard(
+        compiled(tmp_path, "slow_sticks.c", "-rdynamic"), tmp_path, shim, STICKS, 0.00025, PACKET_WIRING
+    )
     throttles = (0.2, 0.7, 0.3, 0.9)
     try:
         found = [made.step(LEVEL, throttle)[0] for throttle in throttles]
@@ -125,7 +128,7 @@ def test_sticks_count_in_the_period_that_they_were_given_for(tmp_path, shim):
 
 
 def test_a_program_that_does_not_arm_is_told(tmp_path, shim):
-    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
+    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025, PACKET_WIRING)
     try:
         with pytest.raises(InputError, match="does not arm"):
             made.arm(LEVEL, 0.5, (0.5, 0.5, 0.5, 0.5))

@@ -29,8 +29,9 @@ def test_a_flight_becomes_an_airframe_and_a_document(tmp_path, monkeypatch):
     assert uncertainty is not None and list(uncertainty.names) == document["uncertainty"]
     numbers = {row["name"]: row for row in document["numbers"]}
     assert numbers["lag_up"]["identified"] and not numbers["mass"]["identified"]
-    # In nine seconds of hardly any roll its interval came out at 112 % of its prior's, and it was called identified.
-    assert not numbers["inertia.x"]["identified"] and "of the prior's" in numbers["inertia.x"]["reason"]
+    # In nine seconds of hardly any climb the weight tells the thrust at the mean command, 0.67, and no other.
+    assert numbers["thrust.65"]["identified"] and not numbers["thrust.30"]["identified"]
+    assert "of the prior's" in numbers["thrust.30"]["reason"]
     for row in (row for row in document["numbers"] if row["identified"] and row["prior_low"] > 0.0):
         assert row["high"] / row["low"] < row["prior_high"] / row["prior_low"], row
 

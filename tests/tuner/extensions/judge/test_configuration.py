@@ -64,6 +64,24 @@ def test_no_setting_that_the_loops_carry_is_in_the_table(firmware, tmp_path):
     assert carried and not [name for name in carried if setting_of(firmware, name)]
 
 
+HARMLESS = {
+    "idle of 4.5 %": ("dshot_idle_value", None, "450", True),
+    "idle of 5.5 to 20 %": ("dshot_idle_value", "550", "2000", False),
+    "a wider limit of the sum": ("pidsum_limit", "500", "1000", True),
+    "a limit of the sum that flights reach": ("pidsum_limit", "500", "200", False),
+    "a digital protocol for another": ("motor_pwm_protocol", "DSHOT300", "dshot600", True),
+    "a digital protocol for what the board has": ("motor_pwm_protocol", None, "DSHOT600", True),
+    "an analog protocol": ("motor_pwm_protocol", "DSHOT300", "ONESHOT125", False),
+    "compensation of the battery": ("vbat_sag_compensation", None, "100", True),
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "is_harmless"), HARMLESS.values(), ids=HARMLESS)
+def test_a_change_that_no_flight_here_shows_forbids_a_verdict_unless_none_depends_on_it(name, old, new, is_harmless):
+    before = {} if old is None else {name: old}
+    assert (configuration_reasons("betaflight", before, {name: new}) == []) is is_harmless
+
+
 CHANGES = {
     "a number": ({"SENS_BOARD_ROT": 0.0}, {"SENS_BOARD_ROT": 4.0}, ["0 to 4"]),
     "the same": ({"SENS_BOARD_ROT": 4.0}, {"SENS_BOARD_ROT": 4.0}, []),

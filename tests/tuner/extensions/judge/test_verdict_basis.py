@@ -48,6 +48,8 @@ def lines(row, name):
         return COMMANDS[name]
     if name in READABLE:
         values = READABLE[name]
+    elif row.harmless is not None:
+        values = row.default, f"{10.0 * row.harmless[1]:g}"
     elif str(row.default) in WORDS:
         values = row.default, WORDS[str(row.default)]
     else:
