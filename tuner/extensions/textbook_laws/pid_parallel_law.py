@@ -3,7 +3,8 @@
     b0 u = kp (b r - y) + I + D,    I' = ki (r - y) + b0 (u_clipped - u)/Tt,    Tf D' + D = kd (c r - y)'
 
 Use it for gains that a manual prints as Kp, Ki and Kd. Write c = 1 for D on the error, c = 0 for D on the measurement; b = 0 and
-c = 0 is I-PD. Anti-windup: back-calculation for Tt above 0, clamping for clamping = 1, none for both 0.
+c = 0 is I-PD. Anti-windup: back-calculation for
+tracking = Tt/(kp/ki) above 0, clamping for clamping = 1, none for both 0.
 
 With b0 = 1 the gains are in units of the command per unit of the output.
 """
@@ -19,15 +20,15 @@ from tuner.extensions.textbook_laws.pid_parts import (
     PidConstants,
     PidMemory,
     filter_share,
-    per_period,
     row,
     start,
     step,
+    tracking_share,
 )
 
 
 class Gains(NamedTuple):
-    """kp [1/s2], ki [1/s3], kd [1/s], t_f [s], b, c [1], t_t [s], clamping [1]."""
+    """kp [1/s2], ki [1/s3], kd [1/s], t_f [s], b, c [1], tracking, clamping [1]."""
 
     kp: float
     ki: float
@@ -35,13 +36,13 @@ class Gains(NamedTuple):
     t_f: float
     b: float
     c: float
-    t_t: float
+    tracking: float
     clamping: float
 
 
 def prepare(gains: Gains, h: float) -> PidConstants:
     """Sample the filter and the tracking."""
-    share, reset = filter_share(gains.t_f, h), per_period(gains.t_t, h)
+    share, reset = filter_share(gains.t_f, h), tracking_share(gains.tracking, gains.kp, gains.ki, h)
     return PidConstants(gains.kp, gains.ki, gains.kd, share, gains.b, gains.c, reset, gains.clamping)
 
 

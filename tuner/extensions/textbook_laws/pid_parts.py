@@ -52,9 +52,13 @@ def filter_share(t_f: float, h: float) -> float:
     return h / (h + t_f)
 
 
-def per_period(time: float, h: float) -> float:
-    """Return h over a time constant [s], at most 1, and 0 for a time constant of 0."""
-    return select(time > 0.0, h / maximum(time, h), 0.0)
+def tracking_share(tracking: float, kp: float, ki: float, h: float) -> float:
+    """Return the share of a lost command that back-calculation takes out of the integral in a period.
+
+    tracking: tracking time over the integral time kp/ki; 0 for no back-calculation.
+    """
+    rate = ki / maximum(kp * tracking, 1e-12)
+    return select(tracking > 0.0, minimum(h * rate, 1.0), 0.0)
 
 
 def inverse(a: float) -> float:
@@ -69,7 +73,14 @@ def start(constants: Any, measured: Measured, held: float) -> PidMemory:
 
 
 def weighted_rate(
-    filtered: float, reference: float, value: float, constants: Any, setpoint: Setpoint, measured: Measured, source: float, h: float
+    filtered: float,
+    reference: float,
+    value: float,
+    constants: Any,
+    setpoint: Setpoint,
+    measured: Measured,
+    source: float,
+    h: float,
 ) -> float:
     """Return the filtered rate of c r - y; source: 1 where y is differenced, 0 where a sensor measures its rate."""
     differenced = (measured.value - value) / h
@@ -109,26 +120,26 @@ def _row(name: str, unit: str, attitude: Span, position: Span, meaning: str, **f
     return GainInfo(name, fields.pop("symbol", name), unit, attitude, position, scale, SOURCE, meaning, **fields)
 
 
-ATTITUDE_TRACKING, POSITION_TRACKING = Span(1.0, 0.05, 20.0), Span(4.0, 0.05, 50.0)
 WEIGHTS = (
-    _row("b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part"),
+    _row("b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True),
     _row(
         "c", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
-        "set-point weight of the derivative part: 0 for D on the measurement, 1 for D on the error",
+        "set-point weight of the derivative part: 0 for D on the measurement, 1 for D on the error", optional=True,
     ),
 )  # fmt: skip
 ANTI_WINDUP = (
     _row(
-        "t_t", "s", ATTITUDE_TRACKING, POSITION_TRACKING,
-        "tracking time constant of back-calculation, 0 for none", symbol="Tt", scale="log", term="back-calculation",
+        "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
+        "tracking time over the integral time, 0 for no back-calculation", symbol="Tt/Ti", scale="log",
+        term="back-calculation", optional=True,
     ),
     _row(
         "clamping", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
-        "1: the integral stops while a limit holds the command and the error drives it further; 0: it does not",
+        "1: the integral stops while a limit holds the command and the error drives it further; 0: it does not", optional=True,
     ),
 )  # fmt: skip
 FILTER_RATIO = _row(
     "n", "1", Span(10.0, 2.0, 30.0), Span(10.0, 2.0, 30.0),
-    "derivative time over the time constant of its filter, 0 for no filter", symbol="N",
+    "derivative time over the time constant of its filter, 0 for no filter", symbol="N", optional=True,
 )  # fmt: skip
 row = _row
