@@ -89,15 +89,15 @@ def step(
 SOURCE = "G. F. Franklin, J. D. Powell, A. Emami-Naeini, Feedback Control of Dynamic Systems, sections 6.7 and 8.3"
 GAINS: tuple[GainInfo, ...] = (
     row(
-        "k", "s^-2", Span(45.0, 5.0, 300.0), Span(1.5, 0.2, 15.0), "gain at low frequencies, of the integral aside",
+        "k", "s^-2", Span(45.0, 5.0, 300.0), Span(1.0, 0.2, 15.0), "gain at low frequencies, of the integral aside",
         symbol="K", scale="log", exclusive=True, integrals=0,
     ),
     row(
-        "t_i", "s", Span(2.0, 0.05, 20.0), Span(8.0, 0.2, 60.0), "integral time, 0 for no integral", symbol="Ti",
+        "t_i", "s", Span(1.0, 0.05, 20.0), Span(8.0, 0.2, 60.0), "integral time, 0 for no integral", symbol="Ti",
         scale="log", term="integral term",
     ),
     row(
-        "zero", "rad/s", Span(3.0, 0.5, 50.0), Span(0.6, 0.1, 10.0), "corner of the numerator", symbol="z", scale="log",
+        "zero", "rad/s", Span(4.0, 0.5, 50.0), Span(0.7, 0.1, 10.0), "corner of the numerator", symbol="z", scale="log",
         exclusive=True,
     ),
     row(
