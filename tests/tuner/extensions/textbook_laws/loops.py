@@ -1,5 +1,6 @@
 """Loops of textbooks: a linear plant under one channel, flown in Python, and what a step answer has in a table."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import control
@@ -52,6 +53,11 @@ def loop_of(
     return plant_system(control.tf(numerator, denominator), "plant", [channel], actuators, control_period=h)
 
 
+def with_actuator(system: PlantSystem, actuator: Actuator) -> PlantSystem:
+    """Return the same loop behind another actuator."""
+    return replace(system, plan=replace(system.plan, actuators=(actuator,)))
+
+
 def row_of(system: PlantSystem, **gains: float) -> np.ndarray:
     """Return the gains of the channel as a row; optional ones have their defaults."""
     values = {gain.info.name: gain.default for gain in system.gains if gain.info.optional} | gains
@@ -65,9 +71,7 @@ def answer(
     loads = {} if load is None else {"u_load": load}
     spec = PlantScenario("step", duration, {"y": Step(1.0, 0.0) if signal is None else signal}, loads)
     drawn = system.sample(spec, 1, "step", [0])
-    commands: list[float] = []
     rows, _ = stepped(system, row_of(system, **gains), drawn)
     names = [*system.plant.State._fields, *system.plant.Input._fields, *system.plant.Output._fields]
     y, u = rows[:, names.index("y")], rows[:, names.index("u")]
-    assert not commands
     return Answer(system.timing.control_period * np.arange(len(y)), y, u)
