@@ -1,0 +1,16 @@
+"""The record of the extension."""
+
+from tuner.extension import Extension
+
+HOME = "tuner.extensions.design_rules.methods"
+EXTENSION = Extension(
+    name="design_rules",
+    about="Design rules of textbooks for channels of plants: SIMC, lambda, AMIGO, Ziegler-Nichols, Herbst's for ADRC.",
+    designs={
+        "simc": f"{HOME}:SIMC",
+        "lambda": f"{HOME}:LAMBDA",
+        "amigo": f"{HOME}:AMIGO",
+        "ziegler-nichols": f"{HOME}:ZIEGLER_NICHOLS",
+        "herbst": f"{HOME}:HERBST",
+    },
+)

@@ -1,0 +1,95 @@
+"""Methods of `tuner design`: a rule applied to every channel of a plant's study, with what it took the plant for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from objectives.design.plant_design import ChannelDesign
+from objectives.margins.plant_margins import PlantMargins
+from plant.model.plan import Channel
+from tuner.api.designing import Proposal
+from tuner.extensions.design_rules import rules
+from tuner.extensions.design_rules.gains import adrc_gains, pid_gains
+from tuner.extensions.design_rules.process import NoProcessError, Process, process_of
+from tuner.gains.ranges import check_value
+from tuner.study.plant_study import PlantStudy
+
+Array = np.ndarray
+Rule = Callable[[Process, float | None], rules.IdealPid | rules.Bandwidths]
+OLD_RULE = (
+    "Ziegler-Nichols aims at a quarter-amplitude decay: expect 50 % overshoot and little margin. Take it as a start for a "
+    "search, or use simc or amigo."
+)
+# Factor by which the b0 of a study may differ from the rule's before a note says so.
+CLOSE = 1.5
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Gains of a channel by name, and a note."""
+
+    gains: dict[str, float]
+    note: str
+
+
+def propose(rule: Rule, warning: str, study: PlantStudy, time: float | None) -> Proposal:
+    """Return the gains that a rule has for every channel of a study; time: closed-loop time [s], None for the rule's own."""
+    row = np.array(study.default_row, dtype=float)
+    results, notes = dict[str, ChannelDesign](), [warning] if warning else []
+    applied = list[str]()
+    for channel in study.system.plan.channels:
+        try:
+            found = _applied(rule, study, channel, time)
+        except NoProcessError as error:
+            results[channel.name] = ChannelDesign(False, str(error))
+            continue
+        row = _with(study, row, channel, found.gains)
+        notes.append(found.note)
+        applied.append(channel.name)
+    for name in applied:
+        results[name] = _judged(study, row, name)
+    return Proposal(row, {name: results[name] for name in study.system.plan.names}, notes)
+
+
+def _applied(rule: Rule, study: PlantStudy, channel: Channel, time: float | None) -> Applied:
+    process = process_of(study.system, channel)
+    found = rule(process, time)
+    about = f"{channel.name}: taken for {process.words}."
+    if isinstance(found, rules.IdealPid):
+        about = f"{channel.name}: taken for gain {process.gain:.4g}, {found.model}." if found.model else about
+        return Applied(pid_gains(channel.law, found, channel.b0), about)
+    gains, limited = adrc_gains(channel.law, found, channel.every * study.system.timing.control_period)
+    ratio = channel.b0 / found.b0
+    more = [limited] if limited else []
+    if not 1.0 / CLOSE < ratio < CLOSE:
+        more.append(f"the rule has b0 = {found.b0:.4g}, the study b0 = {channel.b0:.4g}")
+    return Applied(gains, f"{about} {'; '.join(more).capitalize()}{'.' if more else ''}".strip())
+
+
+def _with(study: PlantStudy, row: Array, channel: Channel, gains: dict[str, float]) -> Array:
+    """Return a gains row with those of a channel; InputError for a value that a gain cannot have."""
+    row = row.copy()
+    for gain in study.system.gains:
+        if gain.axis == channel.name and gain.info.name in gains:
+            value = gains[gain.info.name]
+            check_value(gain.address, gain, value, study.system.timing.control_period, "the rule gives")
+            row[gain.column] = value
+    return row
+
+
+def _judged(study: PlantStudy, row: Array, name: str) -> ChannelDesign:
+    """Return the peaks of a channel's sampled loop."""
+    margins = PlantMargins(study.system, 0.9 * row, 1.1 * row).evaluate(row[None])
+    i = study.system.plan.names.index(name)
+    ms, mt = (float(getattr(margins, field).value[0, i]) for field in ("sensitivity", "complementary"))
+    why = "" if np.isfinite(ms) else "the loop that the rule gives is not stable"
+    return ChannelDesign(np.isfinite(ms).item(), why, ms, mt)
+
+
+SIMC = partial(propose, rules.simc, "")
+LAMBDA = partial(propose, rules.lambda_, "")
+AMIGO = partial(propose, rules.amigo, "")
+ZIEGLER_NICHOLS = partial(propose, rules.ziegler_nichols, OLD_RULE)
+HERBST = partial(propose, rules.herbst, "")
