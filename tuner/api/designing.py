@@ -188,7 +188,7 @@ def design_plant(study: PlantStudy) -> Design:
 
 
 def design_by_rule(study: object, method: str, time: float | None) -> Design:
-    """Design the gains of a plant's channels by a rule of an extension."""
+    """Design the gains of a plant's channels by a rule."""
     if not method:
         raise InputError("needs a rule that has such a time: add --method simc, lambda or herbst", key="--time")
     rule = find("designs", "design method", method)
@@ -202,7 +202,7 @@ def design_by_rule(study: object, method: str, time: float | None) -> Design:
 
 
 def designed(study: PlantStudy, proposal: Proposal) -> Design:
-    """Return the gains that a method has next to the default, with margins of both."""
+    """Return a method's gains and the default, with margins of both."""
     default, row = np.array(study.default_row, dtype=float), proposal.row
     loops = [
         DesignedChannel(channel=name, designed=each.designed, why=each.why, ms=finite(each.ms), mt=finite(each.mt))

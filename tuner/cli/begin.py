@@ -208,7 +208,7 @@ def design(
     time: Annotated[float | None, typer.Option(help="Closed-loop time of a rule [s].", show_default=False)] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute gains from loop requirements or by a design rule, without a search.
+    """Compute gains from loop requirements or by a rule, without a search.
 
     Example: tuner design quickstart --out designed.json
     """

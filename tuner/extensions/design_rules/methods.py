@@ -1,4 +1,4 @@
-"""Methods of `tuner design`: a rule applied to every channel of a plant's study, with what it took the plant for."""
+"""Methods of `tuner design`: a rule applied to every channel of a plant."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,18 +35,21 @@ class Applied:
 
 
 def propose(rule: Rule, warning: str, study: PlantStudy, time: float | None) -> Proposal:
-    """Return the gains that a rule has for every channel of a study; time: closed-loop time [s], None for the rule's own."""
+    """Return the gains that a rule has for every channel.
+
+    time: closed-loop time [s], None for the rule's own.
+    """
     row = np.array(study.default_row, dtype=float)
     results, notes = dict[str, ChannelDesign](), [warning] if warning else []
     applied = list[str]()
     for channel in study.system.plan.channels:
         try:
-            found = _applied(rule, study, channel, time)
+            design = _applied(rule, study, channel, time)
         except NoProcessError as error:
             results[channel.name] = ChannelDesign(False, str(error))
             continue
-        row = _with(study, row, channel, found.gains)
-        notes.append(found.note)
+        row = _with(study, row, channel, design.gains)
+        notes.append(design.note)
         applied.append(channel.name)
     for name in applied:
         results[name] = _judged(study, row, name)
@@ -55,17 +58,22 @@ def propose(rule: Rule, warning: str, study: PlantStudy, time: float | None) -> 
 
 def _applied(rule: Rule, study: PlantStudy, channel: Channel, time: float | None) -> Applied:
     process = process_of(study.system, channel)
-    found = rule(process, time)
-    about = f"{channel.name}: taken for {process.words}."
-    if isinstance(found, rules.IdealPid):
-        about = f"{channel.name}: taken for gain {process.gain:.4g}, {found.model}." if found.model else about
-        return Applied(pid_gains(channel.law, found, channel.b0), about)
-    gains, limited = adrc_gains(channel.law, found, channel.every * study.system.timing.control_period)
-    ratio = channel.b0 / found.b0
-    more = [limited] if limited else []
+    design = rule(process, time)
+    if isinstance(design, rules.IdealPid):
+        return Applied(pid_gains(channel.law, design, channel.b0), _about(channel, process, design.model, design.time))
+    gains, limited = adrc_gains(channel.law, design, channel.every * study.system.timing.control_period)
+    ratio = channel.b0 / design.b0
+    notes = [_about(channel, process, "", design.time), *([limited] if limited else [])]
     if not 1.0 / CLOSE < ratio < CLOSE:
-        more.append(f"the rule has b0 = {found.b0:.4g}, the study b0 = {channel.b0:.4g}")
-    return Applied(gains, f"{about} {'; '.join(more).capitalize()}{'.' if more else ''}".strip())
+        notes.append(f"The rule has b0 = {design.b0:.4g}, the study b0 = {channel.b0:.4g}.")
+    return Applied(gains, " ".join(notes))
+
+
+def _about(channel: Channel, process: Process, model: str, time: float | None) -> str:
+    """Return a note on the process and closed-loop time."""
+    taken = f"gain {process.gain:.4g}, {model}" if model else process.words
+    aim = "" if time is None else f"; closed-loop time {time:.4g} s (--time)"
+    return f"{channel.name}: taken for {taken}{aim}."
 
 
 def _with(study: PlantStudy, row: Array, channel: Channel, gains: dict[str, float]) -> Array:

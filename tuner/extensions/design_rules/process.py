@@ -49,7 +49,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Process:
-    """A process of first order with dead time, or an integrator with dead time.
+    """A lag or an integrator with dead time.
 
     Attributes:
         path: The path that it approximates.
@@ -98,7 +98,7 @@ def process_of(system: PlantSystem, channel: Channel) -> Process:
 
 
 def path_of(system: PlantSystem, channel: Channel) -> Path:
-    """Return the path from the input of a channel to its output, its actuator included."""
+    """Return the path of a channel, its actuator included."""
     if system.plan.cascades(channel):
         raise NoProcessError("it commands another channel, and a rule takes one between an input and an output")
     plant = system.equations
@@ -123,7 +123,7 @@ def _behind(actuator: Actuator, a: Array, b: Array, c: Array) -> tuple[Array, Ar
 
 
 def _used(a: Array, b: Array, c: Array) -> Array:
-    """Return the mask of states that the input reaches and that reach the output."""
+    """Return the mask of states between input and output."""
     links = (a != 0.0) | np.eye(len(a), dtype=bool)
     reached, seen = b != 0.0, c != 0.0
     for _ in range(len(a)):
@@ -151,7 +151,7 @@ def _fitted(path: Path, poles: Array, fastest: float, integrating: bool) -> tupl
 
 
 def _step_response(path: Path, horizon: float) -> tuple[Array, Array, Array]:
-    """Return times, output and its rate (k,) after a step of the command, without the delay."""
+    """Return times, output and its rate (k,) after a step, without delay."""
     n, t = len(path.a), np.linspace(0.0, horizon, INSTANTS + 1)
     generator = np.zeros((n + 1, n + 1))
     generator[:n, :n], generator[:n, n] = path.a, path.b
@@ -164,7 +164,10 @@ def _step_response(path: Path, horizon: float) -> tuple[Array, Array, Array]:
 
 
 def _lags(path: Path, poles: Array) -> tuple[float, ...]:
-    """Return the lags of a path of real poles without zeros, largest first; none for another one."""
+    """Return the lags of a path, largest first.
+
+    None for a path with zeros or complex poles.
+    """
     if np.any(np.abs(np.imag(poles)) > REAL * np.abs(poles)):
         return ()
     moments, column = [], path.b
@@ -177,12 +180,12 @@ def _lags(path: Path, poles: Array) -> tuple[float, ...]:
 
 
 def half_rule(lags: Sequence[float], dead_time: float, order: int) -> tuple[tuple[float, ...], float]:
-    """Return the lags of a model of order 1 or 2 and its dead time: half of the first lag left out goes to either.
+    """Return lags and dead time of a model of lower order.
 
-    lags: at least one, largest first.
+    Half of the first lag that is left out goes to either. lags: at least one, largest first; order: 1 or 2.
     """
-    kept, left = list(lags[:order]), lags[order:]
+    model, left = list(lags[:order]), lags[order:]
     if left:
-        kept[-1] += 0.5 * left[0]
+        model[-1] += 0.5 * left[0]
         dead_time += 0.5 * left[0] + sum(left[1:])
-    return tuple(kept), dead_time
+    return tuple(model), dead_time

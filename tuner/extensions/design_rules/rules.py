@@ -28,7 +28,8 @@ class IdealPid:
         t_i: Integral time [s].
         t_d: Derivative time [s].
         b: Weight of the set point, None where a rule has none.
-        model: What the rule took the plant for, "" for the process that it was given.
+        model: Reduced model of the rule in words, "" for the process itself.
+        time: Closed-loop time that it aims at [s], None for a rule without one.
     """
 
     k: float
@@ -36,27 +37,29 @@ class IdealPid:
     t_d: float = 0.0
     b: float | None = None
     model: str = ""
+    time: float | None = None
 
 
 @dataclass(frozen=True)
 class Bandwidths:
-    """Bandwidths of ADRC [rad/s], and the b0 that the rule has for it."""
+    """Bandwidths of ADRC [rad/s], the rule's b0, and its settling time [s]."""
 
     omega_c: float
     omega_o: float
     b0: float
+    time: float
 
 
 def simc(process: Process, time: float | None) -> IdealPid:
-    """Return SIMC's PI, or its series PID as an ideal one where the second lag exceeds the dead time.
+    """Return SIMC's PI, or its series PID as an ideal one.
 
-    time: closed-loop time constant [s], by default the dead time.
+    It is a PID where the second lag exceeds the dead time. time: closed-loop time constant [s], by default the dead time.
     """
     gain = process.gain
     if process.is_integrating:
         late = process.dead_time
         closed = _time(time, TIGHT * late)
-        return IdealPid(1.0 / (gain * (closed + late)), 4.0 * (closed + late))
+        return IdealPid(1.0 / (gain * (closed + late)), 4.0 * (closed + late), time=closed)
     if len(process.lags) > 1:
         (first, second), late = half_rule(process.lags, process.path.delay, 2)
         if second > late:
@@ -74,13 +77,13 @@ def simc(process: Process, time: float | None) -> IdealPid:
 
 def _simc_pi(gain: float, lag: float, late: float, closed: float, model: str) -> IdealPid:
     """Return SIMC's PI of a lag and a dead time; closed: time constant of the closed loop [s]."""
-    return IdealPid(lag / (gain * (closed + late)), min(lag, 4.0 * (closed + late)), model=model)
+    return IdealPid(lag / (gain * (closed + late)), min(lag, 4.0 * (closed + late)), model=model, time=closed)
 
 
 def ideal_of_series(pi: IdealPid, t_d: float) -> IdealPid:
-    """Return the ideal PID of a series one, a PI behind a lead of t_d [s]."""
+    """Return the ideal PID of a PI behind a lead of t_d [s]."""
     factor = 1.0 + t_d / pi.t_i
-    return IdealPid(pi.k * factor, pi.t_i * factor, t_d / factor, model=pi.model)
+    return IdealPid(pi.k * factor, pi.t_i * factor, t_d / factor, model=pi.model, time=pi.time)
 
 
 def lambda_(process: Process, time: float | None) -> IdealPid:
@@ -88,9 +91,11 @@ def lambda_(process: Process, time: float | None) -> IdealPid:
     late = process.dead_time
     if process.is_integrating:
         closed = _time(time, CALM * late)
-        return IdealPid((2.0 * closed + late) / (process.gain * (closed + late) ** 2), 2.0 * closed + late)
+        k = (2.0 * closed + late) / (process.gain * (closed + late) ** 2)
+        return IdealPid(k, 2.0 * closed + late, time=closed)
     closed = _time(time, CALM * process.time_constant)
-    return IdealPid(process.time_constant / (process.gain * (closed + late)), process.time_constant)
+    lag = process.time_constant
+    return IdealPid(lag / (process.gain * (closed + late)), lag, time=closed)
 
 
 def amigo(process: Process, time: float | None) -> IdealPid:
@@ -113,9 +118,9 @@ def ziegler_nichols(process: Process, time: float | None) -> IdealPid:
 
 
 def ultimate_point(path: Path) -> tuple[float, float]:
-    """Return the gain [command per output] at which P control oscillates, and the period [s] of that.
+    """Return the ultimate gain [command per output] and its period [s].
 
-    NoProcessError where no gain does.
+    P control oscillates at that gain. NoProcessError where no gain does.
     """
     poles = np.abs(np.linalg.eigvals(path.a))
     slowest = poles[poles > 0.0].min(initial=1.0 / path.delay)
@@ -138,9 +143,10 @@ def herbst(process: Process, time: float | None) -> Bandwidths:
     time: settling time [s], by default 4 time constants, or 10 dead times of an integrator.
     """
     default = 10.0 * process.dead_time if process.is_integrating else SETTLING * process.time_constant
-    omega_c = SETTLING / _time(time, default)
+    settling = _time(time, default)
+    omega_c = SETTLING / settling
     b0 = process.gain if process.is_integrating else process.gain / process.time_constant
-    return Bandwidths(omega_c, OBSERVER * omega_c, b0)
+    return Bandwidths(omega_c, OBSERVER * omega_c, b0, settling)
 
 
 def _time(given: float | None, default: float) -> float:

@@ -1,6 +1,8 @@
-"""First-order linear ADRC in bandwidth form, for channels that answer like y' = f + b0 u.
+"""First-order linear ADRC in bandwidth form.
 
     b0 u = wc (r - z1) - z2,    z1' = z2 + b0 u + 2 wo (y - z1),    z2' = wo^2 (y - z1)
+
+It is for channels that answer like y' = f + b0 u.
 
 Use it for levels, temperatures, speeds, pressures and currents: plants whose command changes the rate of the output. For
 K/(T s + 1) the channel's b0 is K/T. Begin with wc = 4/(settling time) and wo = 3 to 10 wc.

@@ -1,7 +1,7 @@
-"""A delay line of up to 64 control periods, whose length is a number.
+"""A delay line of up to 64 control periods in a law.
 
-Blocks of eight numbers in a row; number i is what comes out in i periods. A new sample is written behind the last number in
-use, and the numbers behind it, which nothing reads, take it too: one comparison for each number.
+Its length is a number. Blocks of eight numbers in a row; number i is what comes out in i periods. A new sample is written behind
+the last number in use, and the numbers behind it, which nothing reads, take it too: one comparison for each number.
 """
 
 from typing import NamedTuple
@@ -67,7 +67,10 @@ def _shifted(block: Eight, following: float, x: float, last: float) -> Eight:
 
 
 def pushed(line: Line, x: float, periods: float) -> Line:
-    """Return the line with a new sample that comes out after so many periods, at most 64."""
+    """Return the line with a new sample.
+
+    periods: those after which it comes out, at most 64.
+    """
     last = periods - 1.0
     return Line(
         _shifted(line.b0, line.b1.p0, x, last),

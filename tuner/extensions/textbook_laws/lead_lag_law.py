@@ -1,6 +1,7 @@
-"""Lead or lag compensator with an integral and a notch, in series on the error.
+"""Lead or lag compensator with an integral and a notch.
 
     C(s) = K (1 + 1/(Ti s)) (1 + s/z)/(1 + s/p) N(s),    N(s) = (s^2 + wn^2)/(s^2 + dw s + wn^2)
+    wn = 2 pi fn,    dw = 2 pi df,    error r - y
 
 Use it for a design from a Bode diagram: p above z is a lead, p below z a lag, and the notch takes out a resonance. Ti = 0 leaves
 out the integral, a notch of 0 the notch.
@@ -75,12 +76,12 @@ def step(
     """One control period; the integral takes effect one period after it is formed."""
     error = setpoint.value - measured.value
     lead = constants.direct * error + memory.lead
-    filtered, kept = step_section(memory.notch, lead, constants.notch)
+    filtered, section = step_section(memory.notch, lead, constants.notch)
     proportional = constants.k * filtered
     integral = memory.integral + constants.reset * channel.b0 * applied.excess
     after = Memory(
         constants.after * error + constants.pole * memory.lead,
-        kept,
+        section,
         integral + h * constants.ki * proportional,
     )
     return (proportional + integral) / channel.b0, after

@@ -1,6 +1,7 @@
-"""Reference model, feed-forward of the plant's inverse, and PID on the difference to the model.
+"""Reference model with feed-forward, and PID on the difference to it.
 
     ym'' = wm^2 (r - ym) - 2 zm wm ym',    b0 u = a2 ym'' + a1 ym' + a0 ym + kp (ym - y) + I + kd (ym' - yf'),    I' = ki (ym - y)
+    Tf yf'' + yf' = y'
 
 Use it where a set point must be followed in a prescribed way and feedback is for disturbances alone: with the plant
 b0/(a2 s^2 + a1 s + a0) known, the answer to a step is that of the model, whatever kp, ki and kd are. Write a2 = 0 for a plant of
@@ -18,7 +19,10 @@ from tuner.extensions.textbook_laws.pid_parts import SOURCE, filter_share, row, 
 
 
 class Gains(NamedTuple):
-    """omega_m [rad/s], zeta_m [1], a2 [1], a1 [1/s], a0 [1/s2], kp [1/s2], ki [1/s3], kd [1/s], t_f [s]."""
+    """Gains of model, plant's inverse and PID.
+
+    omega_m [rad/s]; zeta_m, a2 [1]; a1, kd [1/s]; a0, kp [1/s2]; ki [1/s3]; t_f [s].
+    """
 
     omega_m: float
     zeta_m: float
@@ -32,7 +36,10 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """stiffness [1/s2] and damping [1/s] of the model, the plant's inverse, gains, share of the filter, reset."""
+    """Numbers of the model, the plant's inverse and the PID.
+
+    stiffness [1/s2], damping [1/s]: of the model; share, reset [1]: of the filter and of back-calculation in a period.
+    """
 
     stiffness: float
     damping: float
@@ -47,7 +54,7 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """model, speed: of the reference model [y, y/s]; integral [y/s2]; rate: filtered [y/s]; value: last y."""
+    """State of the model [y, y/s], integral [y/s2], filtered rate [y/s], last y."""
 
     model: float
     speed: float

@@ -1,6 +1,7 @@
 """Ideal PID (ISA standard form) with set-point weights: one gain K over all three parts, and times.
 
-    b0 u = K (b r - y + I + D),    I' = (r - y)/Ti + b0 (u_clipped - u)/(K Tt),    Td/N D' + D = Td (c r - y)'
+    b0 u = K (b r - y + I + D),    Td/N D' + D = Td (c r - y)'
+    I' = (r - y)/Ti + b0 (u_clipped - u)/(K rho Ti),    clamping = 1: without (r - y)/Ti where it drives a limited u on
 
 Use it for gains that a manual prints as gain, reset time and rate time, and for design rules (SIMC, AMIGO, Ziegler-Nichols). A
 manual that prints a proportional band PB in per cent has K = 100/PB; one that prints repeats per minute has Ti = 60/repeats.
@@ -42,7 +43,7 @@ class Gains(NamedTuple):
 
 
 def prepare(gains: Gains, h: float) -> PidConstants:
-    """Return the parallel gains of the same law, with filter and tracking sampled."""
+    """Return the parallel gains of the same law, sampled."""
     ki, kd = gains.k * inverse(gains.t_i), gains.k * gains.t_d
     share, reset = filter_share(gains.t_d * inverse(gains.n), h), tracking_share(gains.tracking, gains.k, ki, h)
     return PidConstants(gains.k, ki, kd, share, gains.b, gains.c, reset, gains.clamping)

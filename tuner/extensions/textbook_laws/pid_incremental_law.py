@@ -27,7 +27,7 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """The gains, with the share [1] of a new difference that the filter takes over."""
+    """The gains, with the share [1] of the derivative filter."""
 
     kp: float
     ki: float
@@ -38,7 +38,7 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """demand: last b0 u before limits [y/s2]; rate: filtered rate of c r - y [y/s]; reference, value: the last ones [y]."""
+    """demand [y/s2]: last b0 u before limits; rate [y/s]: filtered; reference, value [y]."""
 
     demand: float
     rate: float
@@ -52,7 +52,7 @@ def prepare(gains: Gains, h: float) -> Constants:
 
 
 def start(constants: Constants, measured: Measured, held: float) -> Memory:  # noqa: ARG001
-    """Rest at a set point equal to the measurement, with the command that holds the plant."""
+    """Rest at the measurement, with the command that holds the plant."""
     return Memory(held, 0.0, measured.value, measured.value)
 
 

@@ -1,10 +1,11 @@
 """Parallel PID with set-point weights: kp, ki and kd add up.
 
-    b0 u = kp (b r - y) + I + D,    I' = ki (r - y) + b0 (u_clipped - u)/Tt,    Tf D' + D = kd (c r - y)'
+    b0 u = kp (b r - y) + I + D,    Tf D' + D = kd (c r - y)'
+    I' = ki (r - y) + b0 (u_clipped - u)/(rho kp/ki),    clamping = 1: without ki (r - y) where it drives a limited u on
 
 Use it for gains that a manual prints as Kp, Ki and Kd. Write c = 1 for D on the error, c = 0 for D on the measurement; b = 0 and
 c = 0 is I-PD. Anti-windup: back-calculation for
-tracking = Tt/(kp/ki) above 0, clamping for clamping = 1, none for both 0.
+tracking (rho) above 0, clamping for clamping = 1, none for both 0.
 
 With b0 = 1 the gains are in units of the command per unit of the output.
 """
@@ -28,7 +29,7 @@ from tuner.extensions.textbook_laws.pid_parts import (
 
 
 class Gains(NamedTuple):
-    """kp [1/s2], ki [1/s3], kd [1/s], t_f [s], b, c [1], tracking, clamping [1]."""
+    """kp [1/s2]; ki [1/s3]; kd [1/s]; t_f [s]; b, c, tracking and clamping [1]."""
 
     kp: float
     ki: float

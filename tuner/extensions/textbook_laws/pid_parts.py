@@ -1,4 +1,4 @@
-"""What the forms of PID share: set-point weights, the filtered derivative, anti-windup, and rows of their tables of gains.
+"""Shared parts of the forms of PID: weights, filtered derivative, anti-windup, gains.
 
     v = kp (b r - y) + I + D,    I' = ki (r - y),    Tf D' + D = kd (c r - y)'
 
@@ -48,12 +48,17 @@ class PidMemory(NamedTuple):
 
 
 def filter_share(t_f: float, h: float) -> float:
-    """Return the share of a new sample that a filter of time constant t_f [s] takes over; all of it for 0."""
+    """Return the share of a new sample that a first-order filter takes.
+
+    t_f: time constant [s]; 0 for the whole sample.
+    """
     return h / (h + t_f)
 
 
 def tracking_share(tracking: float, kp: float, ki: float, h: float) -> float:
-    """Return the share of a lost command that back-calculation takes out of the integral in a period.
+    """Return the share of a lost command that back-calculation removes.
+
+    It is that of a control period, and leaves the integral.
 
     tracking: tracking time over the integral time kp/ki; 0 for no back-calculation.
     """
@@ -130,7 +135,7 @@ WEIGHTS = (
 ANTI_WINDUP = (
     _row(
         "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
-        "tracking time over the integral time, 0 for no back-calculation", symbol="Tt/Ti", scale="log",
+        "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
         term="back-calculation", optional=True,
     ),
     _row(

@@ -1,6 +1,6 @@
 """Series (interacting) PID with set-point weights: a lead after a PI, as pneumatic controllers and many manuals have it.
 
-    C(s) = K (1 + 1/(Ti s)) (1 + Td s)/(1 + Td/N s)
+    C(s) = K (1 + 1/(Ti s)) (1 + Td s)/(1 + Td/N s),    b and c on P and D,    rho and clamping on I, as in pid_parallel
 
 Use it for gains of a controller whose manual calls its form series, interacting, classical or "rate before reset". SIMC prints
 its rules for this form.
@@ -43,7 +43,7 @@ class Gains(NamedTuple):
 
 
 def prepare(gains: Gains, h: float) -> PidConstants:
-    """Return the parallel gains of the same transfer function, with filter and tracking sampled."""
+    """Return the parallel gains of the same transfer function, sampled."""
     t_f, per_t_i = gains.t_d * inverse(gains.n), inverse(gains.t_i)
     lead = gains.t_d - t_f
     ki, kp, kd = gains.k * per_t_i, gains.k * (1.0 + lead * per_t_i), gains.k * lead * (1.0 - t_f * per_t_i)

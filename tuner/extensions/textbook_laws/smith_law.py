@@ -1,6 +1,7 @@
 """Smith predictor: PI on what the plant would show without its dead time.
 
-    b0 u = K (b r - p) + I,    I' = (K/Ti)(r - p),    p = y + ym(t) - ym(t - L),    Tm ym' + ym = Km b0 u
+    b0 u = K (b r - p) + I,    I' = (K/Ti)(r - p) + b0 (u_clipped - u)/(rho Ti)
+    p = y + ym(t) - ym(t - L),    Tm ym' + ym = Km b0 u
 
 Use it where the dead time is longer than the time constant and known to 20 %: PI alone must be slow there. The model
 Km/(Tm s + 1) with dead time L is of the whole way from command to measurement, delays of the actuator included.
@@ -45,7 +46,7 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """integral, demand: last b0 u before limits [y/s2]; model: ym [y]; line: ym of the last periods."""
+    """integral, demand [y/s2]: demand is the last b0 u before limits; model, line [y]: ym and its past."""
 
     integral: float
     demand: float
@@ -92,7 +93,7 @@ WEIGHT = row(
 )
 TRACKING = row(
     "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
-    "tracking time over the integral time, 0 for no back-calculation", symbol="Tt/Ti", scale="log",
+    "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
     term="back-calculation", optional=True,
 )  # fmt: skip
 GAINS: tuple[GainInfo, ...] = (
