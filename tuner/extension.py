@@ -47,8 +47,8 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     },
     "backends": {"cuda": "cuda", "cuda-float32": "cuda"},
     "designs": {
-        "amigo": "design_rules", "herbst": "design_rules", "lambda": "design_rules", "simc": "design_rules",
-        "ziegler-nichols": "design_rules",
+        "amigo": "design_rules", "herbst": "design_rules", "lambda": "design_rules", "lqr": "design_rules",
+        "poles": "design_rules", "simc": "design_rules", "ziegler-nichols": "design_rules",
     },
     "listings": {"firmwares": "autopilots", "theorems": "theory"},
 }  # fmt: skip

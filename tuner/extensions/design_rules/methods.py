@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 
 from objectives.design.plant_design import ChannelDesign
-from objectives.margins.plant_margins import PlantMargins
 from plant.model.plan import Channel
 from tuner.api.designing import Proposal
-from tuner.extensions.design_rules import rules
+from tuner.extensions.design_rules import rules, state_feedback
 from tuner.extensions.design_rules.gains import adrc_gains, pid_gains
+from tuner.extensions.design_rules.peaks import judged
 from tuner.extensions.design_rules.process import NoProcessError, Process, process_of
 from tuner.gains.ranges import check_value
 from tuner.study.plant_study import PlantStudy
@@ -52,7 +52,7 @@ def propose(rule: Rule, warning: str, study: PlantStudy, time: float | None) -> 
         notes.append(design.note)
         applied.append(channel.name)
     for name in applied:
-        results[name] = _judged(study, row, name)
+        results[name] = judged(study, row, name)
     return Proposal(row, {name: results[name] for name in study.system.plan.names}, notes)
 
 
@@ -87,17 +87,10 @@ def _with(study: PlantStudy, row: Array, channel: Channel, gains: dict[str, floa
     return row
 
 
-def _judged(study: PlantStudy, row: Array, name: str) -> ChannelDesign:
-    """Return the peaks of a channel's sampled loop."""
-    margins = PlantMargins(study.system, 0.9 * row, 1.1 * row).evaluate(row[None])
-    i = study.system.plan.names.index(name)
-    ms, mt = (float(getattr(margins, field).value[0, i]) for field in ("sensitivity", "complementary"))
-    why = "" if np.isfinite(ms) else "the loop that the rule gives is not stable"
-    return ChannelDesign(np.isfinite(ms).item(), why, ms, mt)
-
-
 SIMC = partial(propose, rules.simc, "")
 LAMBDA = partial(propose, rules.lambda_, "")
 AMIGO = partial(propose, rules.amigo, "")
 ZIEGLER_NICHOLS = partial(propose, rules.ziegler_nichols, OLD_RULE)
 HERBST = partial(propose, rules.herbst, "")
+LQR = partial(state_feedback.propose, state_feedback.lqr)
+POLES = partial(state_feedback.propose, state_feedback.poles)

@@ -65,7 +65,7 @@ def row_of(system: PlantSystem, **gains: float) -> np.ndarray:
 
 
 def answer(
-    system: PlantSystem, duration: float, signal: Signal | None = None, load: Signal | None = None, **gains: float
+    system: PlantSystem, duration: float, signal: Signal | None = None, load: Signal | None = None, /, **gains: float
 ) -> Answer:
     """Fly a channel through a step of its set point, by default of 1 at once."""
     loads = {} if load is None else {"u_load": load}
