@@ -109,7 +109,7 @@ def path_of(system: PlantSystem, channel: Channel) -> Path:
     a, b, c = _behind(actuator, a, b, equations.c[row])
     used = _used(a, b, c)
     period = channel.every * system.timing.control_period
-    return Path(a[np.ix_(used, used)], b[used], c[used], actuator.delay + 0.5 * period)
+    return Path(a[used][:, used], b[used], c[used], actuator.delay + 0.5 * period)
 
 
 def _behind(actuator: Actuator, a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:

@@ -28,14 +28,14 @@ LAW = "pid_parallel"
 # Errors that last so many control periods count in an integral as much as they do at once.
 INTEGRAL_PERIODS = 100
 # Share by which each pole is faster than the one before, because equal ones need as many inputs.
-APART = 0.1
+POLE_SPACING = 0.1
 # Relative size below which an entry of K is no gain.
 NOTHING = 1e-9
 # A proportional gain of nothing, which must be above 0.
-SMALLEST = 1e-300
+MIN_GAIN = 1e-300
 
 
-class FedBack:
+class SampledPlant:
     """A sampled plant with the signals that its channels feed back.
 
     signals: outputs, then integrals of the error of those whose channels have ki above 0. a, b: from the signals now and the
@@ -113,9 +113,9 @@ class FedBack:
         return np.diag([1.0 / each**2 for each in scales]), np.diag([1.0 / each**2 for each in sizes])
 
 
-def lqr(fed_back: FedBack, time: float | None) -> Array:
+def lqr(sampled_plant: SampledPlant, time: float | None) -> Array:
     """Return K (inputs, signals) of the linear quadratic regulator of the sampled plant."""
-    a, b, (q, r) = fed_back.a, fed_back.b, fed_back.weights(time)
+    a, b, (q, r) = sampled_plant.a, sampled_plant.b, sampled_plant.weights(time)
     try:
         p = solve_discrete_are(a, b, q, r)
     except (np.linalg.LinAlgError, ValueError) as error:
@@ -126,47 +126,47 @@ def lqr(fed_back: FedBack, time: float | None) -> Array:
     return np.linalg.solve(r + b.T @ p @ b, b.T @ p @ a)
 
 
-def poles(fed_back: FedBack, time: float | None) -> Array:
+def poles(sampled_plant: SampledPlant, time: float | None) -> Array:
     """Return K (inputs, signals) that places the poles of the sampled plant at -(1 + 0.1 i)/time."""
     from scipy.signal import place_poles
 
     if time is None:
         raise NoProcessError("poles needs --time, the slowest time constant of the closed loop [s]")
-    placed = np.exp(-fed_back.h / time * (1.0 + APART * np.arange(len(fed_back.a))))
+    placed = np.exp(-sampled_plant.h / time * (1.0 + POLE_SPACING * np.arange(len(sampled_plant.a))))
     try:
-        return np.asarray(vars(place_poles(fed_back.a, fed_back.b, placed))["gain_matrix"])
+        return np.asarray(vars(place_poles(sampled_plant.a, sampled_plant.b, placed))["gain_matrix"])
     except ValueError as error:
         raise NoProcessError(f"the poles cannot be placed: {error}") from error
 
 
-def propose(method: Callable[[FedBack, float | None], Array], study: PlantStudy, time: float | None) -> Proposal:
+def propose(method: Callable[[SampledPlant, float | None], Array], study: PlantStudy, time: float | None) -> Proposal:
     """Return the gains of state feedback, or the default with the reason for none; time: see the method [s]."""
     row, names = np.array(study.default_row, dtype=float), study.system.plan.names
     try:
-        fed_back = FedBack(study)
-        row = with_gains(study, row, fed_back, method(fed_back, time))
+        sampled_plant = SampledPlant(study)
+        row = with_gains(study, row, sampled_plant, method(sampled_plant, time))
     except NoProcessError as error:
         return Proposal(row, dict.fromkeys(names, ChannelDesign(False, str(error))))
     return Proposal(row, {name: judged(study, row, name) for name in names})
 
 
-def with_gains(study: PlantStudy, row: Array, fed_back: FedBack, k: Array) -> Array:
+def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Array) -> Array:
     """Return a gains row with the entries of K; NoProcessError for one that no channel can fly."""
     columns = {gain.address: gain.column for gain in study.system.gains}
     row, least = row.copy(), NOTHING * np.abs(k).max()
-    for signal, of_signal in zip(fed_back.signals, k.T, strict=True):
-        for name, value in zip(fed_back.inputs, of_signal.tolist(), strict=True):
+    for signal, of_signal in zip(sampled_plant.signals, k.T, strict=True):
+        for name, value in zip(sampled_plant.inputs, of_signal.tolist(), strict=True):
             # Integrals are of r - y, and u = -K x has them with the other sign than the outputs.
-            value = -value if signal in fed_back.integrals else value
-            if (signal, name) not in fed_back.entries:
+            value = -value if signal in sampled_plant.integrals else value
+            if (signal, name) not in sampled_plant.entries:
                 if abs(value) <= least:
                     continue
                 raise NoProcessError(f"no channel feeds {signal} back to {name}; K has {value:.4g} there: add one")
-            channel, gain = fed_back.entries[signal, name]
-            own = value * channel.b0
-            if own < -least:
+            channel, gain = sampled_plant.entries[signal, name]
+            scaled = value * channel.b0
+            if scaled < -least:
                 raise NoProcessError(_wrong_sign(channel, gain, value))
-            row[columns[f"{channel.name}.{gain}"]] = max(own, SMALLEST if gain == "kp" else 0.0)
+            row[columns[f"{channel.name}.{gain}"]] = max(scaled, MIN_GAIN if gain == "kp" else 0.0)
             if gain == "kd":
                 row[columns[f"{channel.name}.t_f"]] = 0.0
     return row

@@ -1,5 +1,7 @@
 """State feedback against python-control: LQR, LQI and poles of a two-input arm, and the loop that flies them."""
 
+from collections.abc import Collection
+
 import control
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ import pytest
 import tuner
 from objectives.margins.plant_period import PlantPeriod
 from tuner.extensions.design_rules.process import NoProcessError
-from tuner.extensions.design_rules.state_feedback import FedBack, lqr, poles, with_gains
+from tuner.extensions.design_rules.state_feedback import SampledPlant, lqr, poles, with_gains
+from tuner.study.plant_study import PlantStudy
 
 H = 0.02
 # Two joints with inertia coupling, a spring and friction: accelerations by torques are coupled both ways.
@@ -17,7 +20,9 @@ STATES, INPUTS = ("shoulder", "elbow", "shoulder_rate", "elbow_rate"), ("first",
 LIMITS = {"shoulder": 0.5, "elbow": 1.0, "shoulder_rate": 3.0, "elbow_rate": 4.0}
 
 
-def study(negative=frozenset(), integral=0.0, without=(), delay=0.0):
+def study(
+    negative: Collection[tuple[str, str]] = (), integral=0.0, without: Collection[tuple[str, str]] = (), delay=0.0
+):
     channels = [
         {
             "name": f"{state}_{name}", "law": "pid_parallel", "output": state, "to": name, "lost_beyond": LIMITS[state],
@@ -32,7 +37,7 @@ def study(negative=frozenset(), integral=0.0, without=(), delay=0.0):
             f"{channel['name']}.{gain}": value for gain, value in (("kp", 1.0), ("ki", ki), ("kd", 0.0), ("t_f", 0.0))
         }
     gains["shoulder_first.kp"] = {"low": 0.1, "high": 100.0, "default": 1.0}
-    return tuner.make_study(
+    made = tuner.make_study(
         {
             "title": "Arm", "seed": 1,
             "plant": {
@@ -45,6 +50,8 @@ def study(negative=frozenset(), integral=0.0, without=(), delay=0.0):
             "objective": [{"metric": "rms.shoulder_first"}],
         }
     )  # fmt: skip
+    assert isinstance(made, PlantStudy)
+    return made
 
 
 def sampled():
@@ -57,7 +64,7 @@ Q, R = np.diag([1.0 / LIMITS[name] ** 2 for name in STATES]), np.diag([1.0 / 4.0
 
 def test_lqr_is_that_of_python_control():
     wanted, _, _ = control.dlqr(*sampled(), Q, R)
-    np.testing.assert_allclose(lqr(FedBack(study()), None), wanted, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(lqr(SampledPlant(study()), None), wanted, rtol=1e-9, atol=1e-9)
 
 
 def test_lqi_is_that_of_python_control_with_the_integrals_of_the_law():
@@ -67,12 +74,12 @@ def test_lqi_is_that_of_python_control_with_the_integrals_of_the_law():
     lasting = 2.0
     weights = np.diag([*np.diag(Q), *(1.0 / (lasting * LIMITS[name]) ** 2 for name in STATES[:2])])
     wanted, _, _ = control.dlqr(wide, np.vstack([b, np.zeros((2, 2))]), weights, R)
-    np.testing.assert_allclose(lqr(FedBack(study(integral=1.0)), lasting), wanted, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(lqr(SampledPlant(study(integral=1.0)), lasting), wanted, rtol=1e-9, atol=1e-9)
 
 
 def test_placed_poles_are_where_they_were_asked_for():
-    fed_back = FedBack(study())
-    closed = fed_back.a - fed_back.b @ poles(fed_back, 0.5)
+    sampled_plant = SampledPlant(study())
+    closed = sampled_plant.a - sampled_plant.b @ poles(sampled_plant, 0.5)
     wanted = np.exp(-H / 0.5 * np.array([1.0, 1.1, 1.2, 1.3]))
     np.testing.assert_allclose(np.sort(np.linalg.eigvals(closed).real), np.sort(wanted), rtol=1e-9)
 
@@ -107,22 +114,22 @@ def closed_by_flight(made, row):
 
 @pytest.mark.parametrize("integral", [0.0, 1.0], ids=["LQR", "LQI"])
 def test_the_flown_loop_has_the_designed_poles(integral):
-    k = lqr(FedBack(study(integral=integral)), 2.0)
+    k = lqr(SampledPlant(study(integral=integral)), 2.0)
     negative = {(state, name) for j, name in enumerate(INPUTS) for i, state in enumerate(STATES) if k[j, i] < 0.0}
     made = study(negative, integral)
-    fed_back = FedBack(made)
-    row = with_gains(made, np.array(made.default_row), fed_back, k)
-    wanted = np.linalg.eigvals(fed_back.a - fed_back.b @ k)
+    sampled_plant = SampledPlant(made)
+    row = with_gains(made, np.array(made.default_row), sampled_plant, k)
+    wanted = np.linalg.eigvals(sampled_plant.a - sampled_plant.b @ k)
     flown = closed_by_flight(made, row)
     for pole in wanted:
         assert np.abs(flown - pole).min(axis=0) < 1e-9
 
 
 def test_a_negative_entry_asks_for_the_other_sign_of_b0():
-    fed_back = FedBack(made := study())
+    sampled_plant = SampledPlant(made := study())
     k = np.where(np.arange(4) == 2, -1.0, 1.0) * np.ones((2, 1))
     with pytest.raises(NoProcessError, match=r"shoulder_rate_first.kp is -1; write b0 = -1 for the channel"):
-        with_gains(made, np.array(made.default_row), fed_back, k)
+        with_gains(made, np.array(made.default_row), sampled_plant, k)
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,8 @@ def test_the_pitch_of_an_aircraft_meets_the_printed_requirements():
 )
 def test_the_batch_of_astrom_and_hagglund_has_the_printed_peaks(plant, k, t_i, peak):
     """Astrom, Panagopoulos, Hagglund, Design of PI controllers based on non-convex optimization, Automatica 34 (1998), table 1."""
-    system = loop_of(*plant, "pid_ideal", 0.001)
+    numerator, denominator = plant
+    system = loop_of(numerator, denominator, "pid_ideal", 0.001)
     found = margins_of(system, k=k, t_i=t_i, t_d=0.0)
     assert found.sensitivity.value[0, 0] == pytest.approx(peak, abs=0.01)
 
