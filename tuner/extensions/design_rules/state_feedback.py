@@ -1,8 +1,8 @@
-"""State feedback of a plant whose states are all measured, as gains of channels: LQR, LQI and pole placement.
+"""State feedback as gains of channels: LQR, LQI and pole placement.
 
-Commands of several channels on one input add up, so a channel from every output to every input is u = -K x: kp of a channel is
-an entry of K, kd one for its `rate_output`, ki one for the integral of its output's error. The plant is sampled exactly with its
-commands held, and integrals are those of the law, so the sampled loop has the designed poles.
+All states are measured. Commands of several channels on one input add up, so a channel from every output to every input is
+u = -K x: kp of a channel is an entry of K, kd one for its `rate_output`, ki one for the integral of its output's error. The plant
+is sampled exactly with its commands held, and integrals are those of the law, so the sampled loop has the designed poles.
 
 G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., chapters 8 and 9; weights by Bryson's
 rule: an error as large as `lost_beyond` counts like a command as large as its scale.
@@ -80,7 +80,7 @@ class SampledPlant:
             raise NoProcessError(f"two channels feed {signal} back to {channel.to}; leave one")
 
     def _sampled(self, equations: LinearEquations) -> tuple[Array, Array]:
-        """Return the matrices from signals and commands to the signals a period later."""
+        """Return the matrices of one period, from signals and commands to signals."""
         a, b, c = equations.a, equations.b, equations.c
         n = len(a)
         if len(self.outputs) != n:
@@ -92,7 +92,7 @@ class SampledPlant:
         moved = expm(self.h * np.block([[a, b[:, columns]], [np.zeros((len(columns), n + len(columns)))]]))
         shown = c[[self.plant.Output._fields.index(name) for name in self.outputs]]
         if np.linalg.matrix_rank(shown) < n:
-            raise NoProcessError("its outputs are not independent, so that a state cannot be told from them")
+            raise NoProcessError("its outputs are not independent; give each state an output of its own")
         back = np.linalg.inv(shown)
         picked = np.array([[float(f"integral of {name}" == each) for name in self.outputs] for each in self.integrals])
         wide = np.asarray(block_diag(shown @ moved[:n, :n] @ back, np.eye(len(self.integrals))))
@@ -140,7 +140,10 @@ def poles(sampled_plant: SampledPlant, time: float | None) -> Array:
 
 
 def propose(method: Callable[[SampledPlant, float | None], Array], study: PlantStudy, time: float | None) -> Proposal:
-    """Return the gains of state feedback, or the default with the reason for none; time: see the method [s]."""
+    """Return the gains of state feedback, or the default with a reason.
+
+    time: see the method [s].
+    """
     row, names = np.array(study.default_row, dtype=float), study.system.plan.names
     try:
         sampled_plant = SampledPlant(study)
