@@ -46,6 +46,10 @@ BUNDLED_NAMES: Mapping[str, Names] = {
         "fmi": "fmi", "matlab": "matlab", "px4": "px4", "ros2": "ros2", "rotorpy": "rotorpy",
     },
     "backends": {"cuda": "cuda", "cuda-float32": "cuda"},
+    "designs": {
+        "amigo": "design_rules", "herbst": "design_rules", "lambda": "design_rules", "lqr": "design_rules",
+        "poles": "design_rules", "simc": "design_rules", "ziegler-nichols": "design_rules",
+    },
     "listings": {"firmwares": "autopilots", "theorems": "theory"},
 }  # fmt: skip
 """Part -> name -> extension of this wheel that adds it; tables: of a study file. An installation may lack any of them."""
@@ -89,6 +93,7 @@ class Extension:
         certificates: "quadrotor" or "plant" -> "module:function" that returns what is proved of it, as rows of its margins.
         requirements: Table of a study -> "module:RequirementKind".
         costs: Name of a processor -> "module:StepCosts" of the control steps on it.
+        designs: Name of a method of `tuner design` -> "module:function" that returns a plant study's gains.
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
@@ -125,6 +130,7 @@ class Extension:
     certificates: Names = field(default_factory=_none)
     requirements: Names = field(default_factory=_none)
     costs: Names = field(default_factory=_none)
+    designs: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)

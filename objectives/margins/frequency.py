@@ -86,7 +86,10 @@ def modes_of(a: Array, b: Array, c: Array, *, radius: float = np.inf) -> Modes:
     size = np.max(np.abs(poles), axis=-1)
     poor = ~(spread < DEPENDENT)
     if poor.any():
-        poles[poor], driven[poor], shown[poor], _ = _split(moved(a[poor]), b[poor], c[poor], radius)
+        poles[poor], driven[poor], shown[poor], spread_moved = _split(moved(a[poor]), b[poor], c[poor], radius)
+        # A matrix that could not be split, as a chain of 40 delays, has no poles yet: without any it counts as not stable.
+        sizes = np.where(np.isnan(spread_moved), np.inf, np.max(np.abs(poles[poor]), axis=-1))
+        size[poor] = np.where(np.isnan(spread[poor]), sizes, size[poor])
     return Modes(poles, shown, driven, size)
 
 

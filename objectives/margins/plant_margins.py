@@ -53,7 +53,8 @@ class PlantMargins(LoopMargins):
         points: int = POINTS,
     ) -> None:
         draws = np.array([generator(0, "margins/probes", i).uniform(size=len(low)) for i in range(PROBES)])
-        self._probes = low + draws * (high - low)
+        # The longest dead time of a law's model, at its upper end, has states that shorter ones do not use.
+        self._probes = np.concatenate([low + draws * (high - low), np.asarray(high, dtype=float)[None]])
         self._periods = [PlantPeriod(system, parameters) for parameters in (system.parameters, *others)]
         rest = [RestLinearization(period, self._probes) for period in self._periods]
         super().__init__(self._periods[0], rest, cases, skew, points)

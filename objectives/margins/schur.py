@@ -260,8 +260,8 @@ def split(
         poles: Poles (m, n), filled in.
         driven: Left eigenvectors times b (m, n, u), filled in.
         shown: c times right eigenvectors (m, o, n), filled in.
-        spread: Norm (m,) of the inverse of the matrix of right eigenvectors of length 1, filled in; infinite for a
-            matrix that could not be split.
+        spread: Norm (m,) of the inverse of the matrix of right eigenvectors of length 1, filled in; NaN for a matrix
+            that could not be split, whose poles are wrong.
     """
     n, u, o = a.shape[1], b.shape[2], c.shape[1]
     h, inputs, outputs = np.empty((n, n)), np.empty((u, n)), np.empty((o, n))
@@ -312,7 +312,7 @@ def split(
                     driven[row, k, j] = driven[row, k - 1, j].conjugate()
                 for j in range(o):
                     shown[row, j, k] = shown[row, j, k - 1].conjugate()
-        spread[row] = math.sqrt(total) if done else np.inf
+        spread[row] = math.sqrt(total) if done else np.nan
 
 
 split = keep_file(kernel(OPTIONS)(split), Path(__file__))

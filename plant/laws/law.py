@@ -46,6 +46,7 @@ class GainInfo:
         source: reference from which definition and range come.
         integrals: number of integrals over time from an error to the command, -1 for a
             derivative; where b0 is 1 it has the unit of the command, over that of the error.
+        optional: its default suits every plant, so that the study of a plant need not give it.
         of_output: stated in units of the loop's output, which the gain `authority` turns into acceleration.
         term: name of the term that is off where the gain is 0, "" where 0 turns none off.
     """
@@ -68,6 +69,7 @@ class GainInfo:
     integrals: int | None = None
     term: str = ""
     of_output: bool = False
+    optional: bool = False
 
     def span(self, loop: str) -> Span:
         """Return default and range for the loop "attitude" or "position"."""

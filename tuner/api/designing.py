@@ -1,6 +1,6 @@
 """Design gains from requirements on the loops, before any search."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objectives.margins.trim import Trim
+from plant.errors import InputError
 from plant.quadrotor.gains import gain_addresses
 from tuner.analysis.margins.document import default_requirements, finite, margins_document
 from tuner.analysis.margins.readings import subject_of
@@ -20,6 +21,7 @@ from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
+from tuner.extension import find
 from tuner.gains import Controller
 from tuner.gains.quantities import quantity
 from tuner.gains.sections import Row
@@ -33,7 +35,7 @@ from tuner.text.toml_text import shown as toml
 if TYPE_CHECKING:
     import pandas as pd
 
-    from objectives.design.plant_design import ChannelTask
+    from objectives.design.plant_design import ChannelDesign, ChannelTask
     from objectives.design.requirements import DesignRequirements
 
 
@@ -101,12 +103,37 @@ class Design(Documented):
         return shown("Designed gains", self.warnings, self.table)
 
 
-def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
+@dataclass(frozen=True)
+class Proposal:
+    """Gains that a method has for a plant's study.
+
+    Attributes:
+        row: The gains row (g,).
+        channels: Design of each channel by name.
+        notes: Notes for the reader.
+
+    """
+
+    row: np.ndarray
+    channels: "Mapping[str, ChannelDesign]"
+    notes: Sequence[str] = ()
+
+
+def design(
+    study: StudyLike,
+    out: str | Path | None = None,
+    *,
+    method: str = "",
+    time: float | None = None,
+    watcher: Watcher | None = None,
+) -> Design:
     """Design gains for a study's laws, with margins next to the default's.
 
     Args:
         study: A tuning study, of a plant of your own too, a file, or the name of a shipped study.
         out: A gains.json to write; it must not exist.
+        method: Design rule for the channels of a plant, such as "simc"; by default loops are shaped within the study's limits.
+        time: Closed-loop time [s] of a rule that has one; by default the rule's own.
         watcher: Callbacks that hear of compilation.
 
     Returns:
@@ -126,7 +153,7 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
         raise taken(Path(out))
     given = gains_study(study, "tuner design")
     announce_compilation(watcher or Watcher())
-    made = DESIGNERS[given.kind](given)
+    made = design_by_rule(given, method, time) if method or time is not None else DESIGNERS[given.kind](given)
     return made if out is None else replace(made, gains=replace(made.gains, path=made.gains.write(out)))
 
 
@@ -157,14 +184,34 @@ def design_plant(study: PlantStudy) -> Design:
 
     default = np.array(study.default_row, dtype=float)
     tasks = {name: task_of(study, name) for name in study.system.plan.names}
-    row, channels = design_channels(study.system, default, tasks, requirements_of(study))
+    return designed(study, Proposal(*design_channels(study.system, default, tasks, requirements_of(study))))
+
+
+def design_by_rule(study: object, method: str, time: float | None) -> Design:
+    """Design the gains of a plant's channels by a rule."""
+    if not method:
+        raise InputError("needs a rule that has such a time: add --method simc, lambda or herbst", key="--time")
+    rule = find("designs", "design method", method)
+    if not isinstance(study, PlantStudy):
+        raise InputError(
+            "a rule designs channels of a plant, and this study is of a quadrotor; remove it", key="--method"
+        )
+    if time is not None and not (isfinite(time) and time > 0.0):
+        raise InputError(f"given {time:g} s; allowed: a finite number above 0", key="--time")
+    return designed(study, rule(study, time))
+
+
+def designed(study: PlantStudy, proposal: Proposal) -> Design:
+    """Return a method's gains and the default, with margins of both."""
+    default, row = np.array(study.default_row, dtype=float), proposal.row
     loops = [
         DesignedChannel(channel=name, designed=each.designed, why=each.why, ms=finite(each.ms), mt=finite(each.mt))
-        for name, each in channels.items()
+        for name, each in proposal.channels.items()
     ]
-    warnings = [
+    lacking = [
         f"No design for {each.channel}: {each.why}; the default gains stand in." for each in loops if not each.designed
     ]
+    warnings = [*lacking, *proposal.notes]
     gains = {"default": gains_of_plant(study, default), "design": gains_of_plant(study, row)}
     margins = {name: each.judge_margins(Trim(), None, False)[1] for name, each in gains.items()}
     return Design(gains["design"], gains["default"], loops, margins, warnings, gains_table(study, row))
@@ -180,7 +227,9 @@ def gains_table(study: PlantStudy, row: np.ndarray) -> str:
     lines = ["[gains]"]
     for gain in study.system.gains:
         value, variable = float(f"{row[gain.column]:.6g}"), searched.get(gain.address)
-        ends = None if variable is None else (min(variable.low, value), max(variable.high, value))
+        # A range on a logarithmic scale cannot reach a gain that is off.
+        off = variable is not None and variable.scale == "log" and value <= 0.0
+        ends = None if variable is None or off else (min(variable.low, value), max(variable.high, value))
         text = toml(value) if ends is None else f"{{ low = {ends[0]!r}, high = {ends[1]!r}, default = {value!r} }}"
         lines.append(f'"{gain.address}" = {text}')
     return "\n".join(lines)

@@ -202,13 +202,17 @@ def plan(
 def design(
     study: StudyFile,
     out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("gains.json"),
+    method: Annotated[
+        str, typer.Option(help="Design rule of a plant: simc, lambda, amigo, ...", show_default=False)
+    ] = "",
+    time: Annotated[float | None, typer.Option(help="Closed-loop time of a rule [s].", show_default=False)] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute gains from loop requirements, without a search.
+    """Compute gains from loop requirements or by a rule, without a search.
 
     Example: tuner design quickstart --out designed.json
     """
-    answer(tuner.design(study, out, watcher=Messages()), as_json)
+    answer(tuner.design(study, out, method=method, time=time, watcher=Messages()), as_json)
 
 
 @app.command("import")

@@ -14,7 +14,7 @@ UCUM = {
     "1": "1", "%": "%", "dB": "dB", "deg": "deg", "byte": "By",
     "kg": "kg", "kg m2": "kg.m2", "N": "N", "N m": "N.m", "N m s": "N.m.s", "N s/m": "N.s/m", "N s2": "N.s2",
     "N s2/m2": "N.s2/m2", "V": "V", "Ohm": "Ohm", "A s": "A.s", "W": "W",
-    "s": "s", "us": "us", "Hz": "Hz", "1/s": "s-1", "s^-1": "s-1", "s^-2": "s-2", "s^-3": "s-3",
+    "s": "s", "s^2": "s2", "us": "us", "Hz": "Hz", "1/s": "s-1", "s^-1": "s-1", "s^-2": "s-2", "s^-3": "s-3",
     "m": "m", "m s": "m.s", "m^2 s": "m2.s", "m/s": "m/s", "m/s2": "m/s2", "m/s^2": "m/s2", "m s^-2": "m/s2",
     "m/s^3": "m/s3", "m s^-3": "m/s3",
     "rad": "rad", "rad s": "rad.s", "rad^2 s": "rad2.s", "rad/s": "rad/s", "rad/s^2": "rad/s2", "rad s^-2": "rad/s2",

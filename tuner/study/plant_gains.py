@@ -16,7 +16,7 @@ SIGNLESS = ("s", "Hz", "rad/s", "1")
 def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem) -> DecisionSpace:
     """Return the decision space of a plant's [gains] table.
 
-    The table names every gain. Raises InputError with the key inside it.
+    The table names every gain that is not optional. Raises InputError with the key inside it.
     """
     every_gain = system.gains
     by_address = {gain.address: gain for gain in every_gain}
@@ -25,7 +25,7 @@ def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem
             raise UnknownNameError("gain", key, by_address, key=key)
     base, variables, columns = [0.0] * len(every_gain), [], []
     for gain in every_gain:
-        entry = table.get(gain.address)
+        entry = table.get(gain.address, gain.default if gain.info.optional else None)
         if entry is None:
             raise InputError(
                 f"is not given; write a number, or a range {{ low = ..., high = ... }} [{gain.unit}]: {gain.info.meaning}",

@@ -32,6 +32,9 @@ OPTIONS = {
     "delayed": ControlOptions(delay=True),
 }
 
+# Laws of which cascades of quadrotors can be made: that of y' = f + b0 u does not hold y'' = f + b0 u with any gains.
+CASCADED = [name for name in LAWS if name != "adrc1"]
+
 
 @cache
 def cascade_of(position: str, attitude: str) -> Cascade:

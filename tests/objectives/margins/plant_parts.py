@@ -11,6 +11,7 @@ import numpy as np
 from plant.laws.channel import Applied, Measured, Setpoint
 from plant.laws.channel import Channel as Known
 from plant.records import flatten, pack
+from plant.records import size as length
 
 
 def plant_blocks(system, actuator) -> dict[str, Any]:
@@ -44,10 +45,10 @@ def law_blocks(channel, gains, h) -> dict[str, Any]:
     """Systems from set point, measurement, measured rate and effect to the command of a linear law, asked input by input."""
     law, constants = channel.law, channel.law.prepare(channel.law.Gains(*gains), h)
     known = Known(channel.b0, 0.0 if channel.rate_output else 1.0)
-    size = len(law.Memory._fields)
+    size = length(law.Memory)
 
     def step(x):
-        memory = law.Memory(*x[:size])
+        memory = pack(law.Memory, x[:size].tolist())
         goal, seen, rate, effect = x[size:]
         command, after = law.step(
             memory, constants, known, Setpoint(goal, 0.0, 0.0), Measured(seen, rate), Applied(effect, 0.0), h

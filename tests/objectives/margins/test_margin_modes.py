@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from objectives.margins.frequency import modes_of
+from tests.objectives.margins.designs import model_of, random_gains, realisation
 
 EVERY = (0, 1)
 
@@ -80,3 +81,12 @@ def test_a_matrix_of_zeros_and_one_already_triangular_are_split():
     for a in (np.zeros((3, 3)), diagonal, np.triu(np.ones((3, 3)), 1) + diagonal):
         modes = modes_of(a[None], np.eye(3)[None, :, :2], np.eye(3)[None, :2])
         np.testing.assert_allclose(np.sort(modes.poles[0].real), np.sort(np.diag(a)), atol=1e-12)
+
+
+@pytest.mark.parametrize("row", range(4, 10))
+def test_a_long_delay_line_in_a_loop_hides_no_pole_outside_the_circle(row):
+    """Numbers of 1e-150 that forty delays leave stop the QR: its unfinished diagonal once passed for poles, all inside."""
+    a = realisation(model_of("smith", "smith"), random_gains("smith", "smith", 160, 1)[row], "yaw").a
+    modes = modes_of(a[None], np.ones((1, len(a), 1)), np.ones((1, 1, len(a))))
+    assert modes.size[0] == pytest.approx(np.abs(np.linalg.eigvals(a)).max(axis=0), rel=1e-9)
+    assert not modes.stable[0]

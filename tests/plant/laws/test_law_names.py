@@ -40,4 +40,5 @@ def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_l
         "judge",
         "px4",
         "ros2",
+        "textbook_laws",
     }
