@@ -22,9 +22,13 @@ from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.structures import FIRST, STRUCTURES, Structure
 
 Array = np.ndarray
-N_FOLDS, N_BLOCKS = 4, 20
+N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 4
 ROUNDS = 3
 """Fits of plant and noise in turn before they are fitted together."""
+SAMPLES_EACH = 8
+"""Fewest samples for each parameter."""
+HOPELESS, REFIT_EVALUATIONS = 4.0, 12
+"""Sum of squared residuals over the best's from which a structure is not refined; steps of a refinement."""
 MIN_ADVANTAGE, MIN_GAIN = 2.0, 0.005
 """Standard errors, and share of the mean square, by which a richer structure has to be better."""
 START_P = 12.0
@@ -69,17 +73,17 @@ class Chosen:
 
 def choose(problem: Problem, structures: list[Structure]) -> Chosen:
     """Return the structure that predicts held-out blocks as well as any and has the fewest parameters."""
-    first = _first_fits(problem, structures)
-    best = min(first.values(), key=lambda each: each.cost)
+    structures = [each for each in structures if each.n_free * SAMPLES_EACH <= problem.n_samples] or structures[:1]
+    first = list(_first_fits(problem, structures).values())
+    best = min(first, key=lambda each: each.cost)
     quantum = quantum_of(np.concatenate(problem.outputs))
     outliers = tuple(outliers_in(each, quantum) for each in best.residuals)
     problem = replace(problem, outliers=outliers)
+    best = _refit(problem, best, fit_noise(list(best.residuals)))
+    problem, best = _with_start(problem, best)
     noise = fit_noise(list(best.residuals))
-    refitted = [_refit(problem, solution, noise) for solution in first.values()]
-    noise = fit_noise(list(min(refitted, key=lambda each: each.cost).residuals))
-    problem = _with_start(problem, [_refit(problem, solution, noise) for solution in refitted], noise)
-    refitted = [_refit(problem, solution, noise) for solution in refitted]
-    rivals = _judged(problem, refitted)
+    limit = HOPELESS * min(each.cost for each in first)
+    rivals = _judged(problem, [_refit(problem, each, noise, each.cost > limit) for each in first])
     chosen = _simplest(rivals)
     return Chosen(problem, fit_together(problem, chosen.solution), tuple(rivals))
 
@@ -153,20 +157,21 @@ def _searched(problem: Problem, structure: Structure, earlier: Solution | None) 
     return search.from_grid(np.zeros(0), shapes, late)
 
 
-def _refit(problem: Problem, start: Solution, noise: Array) -> Solution:
+def _refit(problem: Problem, start: Solution, noise: Array, is_hopeless: bool = False) -> Solution:
+    """Return a fit under a noise model; is_hopeless: with the shape that it has."""
     projection = Projection(problem, start.structure)
-    return Search(projection).polish(projection.solve(start.shape, start.dead_times, noise))
+    solution = projection.solve(start.shape, start.dead_times, noise)
+    return solution if is_hopeless else Search(projection).polish(solution, evaluations=REFIT_EVALUATIONS)
 
 
-def _with_start(problem: Problem, solutions: list[Solution], noise: Array) -> Problem:
-    """Return the problem with initial states where the best structure's records did not begin at rest."""
-    best = min(solutions, key=lambda each: each.cost)
+def _with_start(problem: Problem, best: Solution) -> tuple[Problem, Solution]:
+    """Return problem and fit with initial states where the records did not begin at rest, else as they are."""
     free = replace(problem, has_start=(True,) * len(problem.outputs))
-    moved = _refit(free, best, noise)
+    moved = _refit(free, best, best.noise)
     n = len(best.errors)
     gain = 0.5 * n * float(np.log(best.cost / max(moved.cost, 1e-300)))
     needed = START_P + 0.5 * np.log(n) * best.structure.order * len(problem.outputs)
-    return free if gain > needed else problem
+    return (free, moved) if gain > needed else (problem, best)
 
 
 def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
@@ -174,8 +179,10 @@ def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
     folds = _folds(problem)
     noise = solutions[0].noise
     squares, measured = [], []
+    limit = HOPELESS * min(each.cost for each in solutions)
     for solution in solutions:
-        errors, residuals = zip(*(_held_out(problem, solution, fold, noise) for fold in folds), strict=True)
+        steps = 0 if solution.cost > limit else FOLD_EVALUATIONS
+        errors, residuals = zip(*(_held_out(problem, solution, fold, noise, steps) for fold in folds), strict=True)
         squares.append(np.concatenate(errors))
         measured.append(float(np.sqrt(sum(each @ each for each in residuals))))
     spread = np.sqrt(sum(float(np.sum((each - each.mean()) ** 2)) for each in problem.outputs))
@@ -204,11 +211,13 @@ def _folds(problem: Problem) -> list[list[Array]]:
     return folds
 
 
-def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array) -> tuple[Array, Array]:
+def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array, steps: int) -> tuple[Array, Array]:
     """Return mean squares of the prediction errors of held-out blocks (blocks,), and the residuals there."""
     counted = replace(problem, rows=tuple(~each for each in held))
     projection = Projection(counted, start.structure)
-    solution = Search(projection).polish(projection.solve(start.shape, start.dead_times, noise), evaluations=4)
+    solution = projection.solve(start.shape, start.dead_times, noise)
+    if steps:
+        solution = Search(projection).polish(solution, evaluations=steps)
     place, means, residuals = 0, [], []
     for output, rows, residual in zip(problem.outputs, held, solution.residuals, strict=True):
         n = len(output) - len(noise)
