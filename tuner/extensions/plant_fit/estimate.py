@@ -21,8 +21,10 @@ RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
 DIFFERENCE = 1e-4
 """Step of differences in shape parameters, which are logarithms."""
-N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 2
+N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 3
 MAX_EVALUATIONS = 40
+AT_REST = 5
+"""Samples at the beginning of a record that all differ in their inputs if it does not begin at rest."""
 REDUCED = 1500
 """Samples to which the record of a first search is thinned out."""
 
@@ -53,11 +55,13 @@ class Problem:
     def of(cls, experiments: list[Experiment], output: int, max_dead_time: float | None, has_trend: bool) -> "Problem":
         """Return the problem of one output of experiments."""
         span = max(each.time[-1] - each.time[0] for each in experiments)
+        # An input that moves from its first sample on, as under feedback, has no rest before it.
+        is_moving = [len(np.unique(each.inputs[:AT_REST], axis=0)) == AT_REST for each in experiments]
         return cls(
             tuple(Grid.of(each) for each in experiments),
             tuple(each.outputs[:, output] for each in experiments),
             tuple(np.zeros(0, dtype=int) for _ in experiments),
-            tuple(False for _ in experiments),
+            tuple(is_moving),
             has_trend,
             span / 5.0 if max_dead_time is None else max_dead_time,
         )
@@ -136,7 +140,9 @@ class Projection:
 
     def __init__(self, problem: Problem, structure: Structure) -> None:
         self.problem, self.structure = problem, structure
-        self._regressors = Regressors(problem.grids, problem.has_start, problem.has_trend)
+        # An input's unknown value at rest makes a ramp behind an integrator.
+        has_trend = problem.has_trend or structure.integrators > 0
+        self._regressors = Regressors(problem.grids, problem.has_start, has_trend)
 
     def matrices(self, shape: Array, dead_times: Array) -> list[Array]:
         """Return the columns (samples, linear parameters) of each experiment."""
@@ -253,11 +259,17 @@ class Search:
         starts.sort(key=lambda each: each.cost)
         best: list[Solution] = []
         for start in starts:
-            if all(np.abs(start.shape - each.shape).max(initial=0.0) > 0.3 for each in best):
+            if all(self._differ(start, each) for each in best):
                 best.append(start)
             if len(best) == N_POLISHED:
                 break
         return min((self.polish(start) for start in best), key=lambda each: each.cost)
+
+    def _differ(self, one: Solution, other: Solution) -> bool:
+        """Whether two starts may lead to different minima: a zero in the right half-plane replaces a dead time."""
+        shapes = np.abs(one.shape - other.shape).max(initial=0.0) > 0.3
+        late = np.abs(one.dead_times - other.dead_times).max() > 0.3 * max(one.dead_times.max(), other.dead_times.max())
+        return bool(shapes or (self.projection.structure.zeros > 0 and late))
 
 
 def usual_dead_times(problem: Problem) -> Array:

@@ -53,7 +53,10 @@ def whiten(series: Array, noise: Array) -> Array:
 
 
 def fit_noise(residuals: list[Array], max_order: int = MAX_NOISE_ORDER) -> Array:
-    """Return the coefficients (p,) of an autoregressive model of residuals, its order by Schwarz's criterion."""
+    """Return the coefficients (p,) of an autoregressive model of residuals, its order by Akaike's criterion.
+
+    That of Schwarz leaves out terms of low-frequency noise, and intervals of the plant become too narrow.
+    """
     top = min(max_order, min(len(each) for each in residuals) // 10)
     best: tuple[float, Array] = (np.inf, np.zeros(0))
     for order in range(top + 1):
@@ -63,7 +66,7 @@ def fit_noise(residuals: list[Array], max_order: int = MAX_NOISE_ORDER) -> Array
         coefficients = np.linalg.lstsq(past, -now, rcond=None)[0] if order else np.zeros(0)
         mean_square = float(np.mean((now + past @ coefficients) ** 2)) if order else float(np.mean(now**2))
         n = len(now)
-        score = n * np.log(max(mean_square, 1e-300)) + order * np.log(n)
+        score = n * np.log(max(mean_square, 1e-300)) + 2.0 * order
         if score < best[0]:
             best = score, coefficients
     return best[1]
