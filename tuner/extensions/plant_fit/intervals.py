@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import norm, t
 
 from tuner.extensions.plant_fit.estimate import Projection, Search, Solution, covariance_of
+from tuner.extensions.plant_fit.response import SampledFilter
 from tuner.extensions.plant_fit.selection import Chosen
 
 Array = np.ndarray
@@ -57,10 +58,20 @@ class FittedPlant:
         """The fit."""
         return self.chosen.solution
 
-    @property
-    def degrees(self) -> int:
-        """Degrees of freedom of the prediction errors."""
-        return max(len(self.solution.errors) - len(self.covariance), 1)
+    @cached_property
+    def degrees(self) -> float:
+        """Degrees of freedom of the noise power at the plant's corner frequency (Satterthwaite).
+
+        A short record knows the power of its slow noise, on which the intervals depend, less well than the count of samples says.
+        """
+        solution, count = self.solution, max(len(self.solution.errors) - len(self.covariance), 1)
+        p = len(solution.noise)
+        corner = max(SampledFilter(each, 1.0).pace for each in solution.denominators) * self.chosen.problem.period
+        turns = np.exp(-1j * min(corner, np.pi) * np.arange(1, p + 1))
+        gain = 1.0 + solution.noise @ turns
+        slopes = -2.0 * np.real(turns / gain)
+        of_noise = self.covariance[len(self.covariance) - p :, len(self.covariance) - p :]
+        return 2.0 / (2.0 / count + float(slopes @ of_noise @ slopes))
 
     @property
     def n_plant(self) -> int:
