@@ -142,7 +142,9 @@ def covered(case: Case, seed: int) -> dict[str, tuple[float, float, float]]:
     return {number.name: (number.value, number.low, number.high) for number in plant.numbers(0)}
 
 
-def coverage(case: Case, logs: int, on_log: Callable[[int], None] = lambda _: None) -> dict[str, tuple[float, float, float]]:
+def coverage(
+    case: Case, logs: int, on_log: Callable[[int], None] = lambda _: None
+) -> dict[str, tuple[float, float, float]]:
     """Return the coverage, mean and root mean square error of each known number of a case."""
     rows = []
     for seed in range(logs):
@@ -169,7 +171,9 @@ def main() -> None:
         begin = process_time()
         table = coverage(case, given.logs)
         each = (process_time() - begin) / given.logs
-        shown = "  ".join(f"{name} {share:.3f} (mean {mean:.4g}, rms {rms:.2g})" for name, (share, mean, rms) in table.items())
+        shown = "  ".join(
+            f"{name} {share:.3f} (mean {mean:.4g}, rms {rms:.2g})" for name, (share, mean, rms) in table.items()
+        )
         print(f"{case.name:38s} {shown}  {each:.2f} s a log", flush=True)
 
 

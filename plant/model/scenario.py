@@ -82,7 +82,8 @@ class PlantScenario:
             width = self.spread.get(name, 0.0) + sum(abs(widths.get(name, 0.0)) for widths in self.joint_spread)
             if not width <= MAX_SPREAD:
                 raise InputError(
-                    f"{name} varies by {width:g} in all; allowed: up to {MAX_SPREAD} with its spread", key="joint_spread"
+                    f"{name} varies by {width:g} in all; allowed: up to {MAX_SPREAD} with its spread",
+                    key="joint_spread",
                 )
         for name, signal in self.references.items():
             if signal.random:

@@ -41,11 +41,15 @@ def notes_of(plant: FittedPlant, signals: Signals, i: int, numbers: Sequence[Num
         return notes
     plans = [each for each in (_plan(plant, kind) for kind in ("steps", "PRBS")) if each is not None]
     if not plans:
-        return [*notes, "No experiment of the amplitude in the data would give every interval +-10 %; move the input more."]
+        return [
+            *notes,
+            "No experiment of the amplitude in the data would give every interval +-10 %; move the input more.",
+        ]
     best = min(plans, key=lambda each: each.duration)
     names = ", ".join(dict.fromkeys(number.name for number in wide))
     sizes = ", ".join(
-        f"{name} +-{significant(0.5 * (high - low), 2)}" for name, (low, high) in zip(signals.inputs, signals.ranges, strict=True)
+        f"{name} +-{significant(0.5 * (high - low), 2)}"
+        for name, (low, high) in zip(signals.inputs, signals.ranges, strict=True)
     )
     how = f"steps up and down every {significant(best.hold, 2)} s" if best.kind == "steps" else (
         f"a PRBS that may switch every {significant(best.hold, 2)} s"
@@ -107,7 +111,12 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     problem, solution = plant.chosen.problem, plant.solution
     empty = (np.zeros(0, dtype=int),)
     planned = replace(
-        problem, grids=(Grid(problem.period, inputs, None),), outputs=(np.zeros(n),), outliers=empty, has_start=(False,), rows=None
+        problem,
+        grids=(Grid(problem.period, inputs, None),),
+        outputs=(np.zeros(n),),
+        outliers=empty,
+        has_start=(False,),
+        rows=None,
     )
     projection = Projection(planned, solution.structure)
     first = projection.solve(solution.shape, solution.dead_times, solution.noise)
@@ -125,5 +134,7 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     late = m if solution.structure.has_dead_time else 0
     widths = list(deviation[: m * k])
     widths += list(deviation[m * k : m * k + late] / _response_time(plant))
-    widths += list(deviation[m * k + late : m * k + late + shared] / np.maximum(np.abs(solution.numerators.ravel()), 1e-300))
+    widths += list(
+        deviation[m * k + late : m * k + late + shared] / np.maximum(np.abs(solution.numerators.ravel()), 1e-300)
+    )
     return float(max(widths))

@@ -14,6 +14,7 @@ from tuner.extensions.plant_fit.document import (
     RivalRow,
     TransferFunctionRow,
 )
+from tuner.extensions.plant_fit.estimate import Projection, share
 from tuner.extensions.plant_fit.intervals import FittedPlant, Number, two_sided
 from tuner.extensions.plant_fit.reading import Experiment
 from tuner.extensions.plant_fit.study_file import Signals
@@ -37,7 +38,9 @@ def fit_document(
 
 
 def _record(experiment: Experiment) -> RecordRow:
-    notes = [] if experiment.is_regular else ["samples are not equally spaced; the noise model counts them as if they were"]
+    notes = (
+        [] if experiment.is_regular else ["samples are not equally spaced; the noise model counts them as if they were"]
+    )
     return RecordRow(
         file=experiment.file,
         sha256=experiment.sha256,
@@ -69,7 +72,7 @@ def _output(plant: FittedPlant, signals: Signals, i: int) -> OutputRow:
             RivalRow(
                 structure=each.structure.name,
                 parameters=each.structure.n_free * len(signals.inputs),
-                fit=_share(list(each.solution.residuals), list(plant.chosen.problem.outputs)),
+                fit=share(Projection(plant.chosen.problem, each.structure), each.solution),
                 held_out=each.held_out,
                 ratio=each.score,
                 error=each.error,
@@ -115,13 +118,7 @@ def _number(input: str, number: Number) -> PlantNumber:
 
 def fit_share(plant: FittedPlant) -> float:
     """Return the fit to all of the record [1]."""
-    return _share(list(plant.solution.residuals), list(plant.chosen.problem.outputs))
-
-
-def _share(residuals: list[Array], outputs: list[Array]) -> float:
-    left = sum(float(each @ each) for each in residuals)
-    moved = sum(float(np.sum((each - each.mean()) ** 2)) for each in outputs)
-    return 1.0 - float(np.sqrt(left / moved))
+    return share(plant.chosen.projection, plant.solution)
 
 
 def autocorrelation(errors: Array, max_lag: int = MAX_LAG) -> tuple[Array, float]:

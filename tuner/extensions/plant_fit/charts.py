@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tuner.extensions.plant_fit.building import autocorrelation
+from tuner.extensions.plant_fit.estimate import simulated
 from tuner.extensions.plant_fit.intervals import FittedPlant, two_sided
 from tuner.extensions.plant_fit.response import SampledFilter
 from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
@@ -33,7 +34,7 @@ def data_panels(fit: "PlantFit") -> list[Panel]:
     panels = []
     for i, (name, plant) in enumerate(zip(fit.signals.outputs, fit.plants, strict=True)):
         measured = [each.outputs[:, i] for each in fit.experiments]
-        model = [y - rest for y, rest in zip(measured, plant.solution.residuals, strict=True)]
+        model = simulated(plant.chosen.projection, plant.solution)
         marks: list[Mark] = [
             Line(name="measured", look=MEASURED, x=time, y=_joined(measured)),
             Line(name="model", look=MODELLED, x=time, y=_joined(model)),
@@ -41,7 +42,9 @@ def data_panels(fit: "PlantFit") -> list[Panel]:
         panels.append(Panel(f"data-{name}", name, x, Axis(bracketed(name, fit.signals.units[name])), marks))
     for j, name in enumerate(fit.signals.inputs):
         marks = [
-            Line(name="input", look=INPUT, x=time, y=_joined([each.inputs[:, j] for each in fit.experiments]), steps=True)
+            Line(
+                name="input", look=INPUT, x=time, y=_joined([each.inputs[:, j] for each in fit.experiments]), steps=True
+            )
         ]
         panels.append(Panel(f"data-{name}", name, x, Axis(bracketed(name, fit.signals.units[name])), marks))
     return panels
@@ -71,7 +74,9 @@ def _whiteness(name: str, plant: FittedPlant) -> Panel:
     rules = [Rule(look=BOUND, axis="y", value=sign * bound) for sign in (-1.0, 1.0)]
     edge = max(0.3, 1.1 * float(np.abs(values).max(initial=0.0)))
     x = Axis("lag [samples]", 0.0, len(lags) + 1.0)
-    return Panel(f"white-{name}", f"{name}, prediction errors", x, Axis("autocorrelation", -edge, edge), [stems, *rules])
+    return Panel(
+        f"white-{name}", f"{name}, prediction errors", x, Axis("autocorrelation", -edge, edge), [stems, *rules]
+    )
 
 
 def step_panels(fit: "PlantFit") -> list[Panel]:

@@ -22,7 +22,8 @@ def fit(
     time: Annotated[str, typer.Option(help="Column of the time [s]; default: time or t.")] = "",
     period: Annotated[float | None, typer.Option(help="Sampling interval [s] of a table without a time.")] = None,
     before: Annotated[
-        str | None, typer.Option(help="Values of the inputs before the first row, separated by commas; default: its own.")
+        str | None,
+        typer.Option(help="Values of the inputs before the first row, separated by commas; default: its own."),
     ] = None,
     structure: Annotated[
         str, typer.Option(help="Structures that compete, separated by commas, such as first-order; default: all.")

@@ -21,8 +21,8 @@ RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
 DIFFERENCE = 1e-4
 """Step of differences in shape parameters, which are logarithms."""
-N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 3
-MAX_EVALUATIONS = 40
+N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 2
+MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
 AT_REST = 5
 """Samples at the beginning of a record that all differ in their inputs if it does not begin at rest."""
 REDUCED = 1500
@@ -185,6 +185,29 @@ class Projection:
         return np.concatenate([rows[len(noise) :] for rows in self.problem.rows])
 
 
+def simulated(projection: Projection, solution: Solution) -> list[Array]:
+    """Return what the inputs make of each output (samples,), with the offsets, drift and initial states that fit it best.
+
+    Under noise that wanders, those of the prediction errors can be far from the record.
+    """
+    shared = solution.numerators.size
+    matrices = projection.matrices(solution.shape, solution.dead_times)
+    driven = [each[:, :shared] @ solution.linear[:shared] for each in matrices]
+    outputs = projection.problem.outputs
+    left = np.concatenate([y - each for y, each in zip(outputs, driven, strict=True)])
+    own = solve_normal(np.vstack([each[:, shared:] for each in matrices]), left)
+    return [each + matrix[:, shared:] @ own for each, matrix in zip(driven, matrices, strict=True)]
+
+
+def share(projection: Projection, solution: Solution) -> float:
+    """Return the fit to all of the record [1]: 1 - |y - model| / |y - mean|."""
+    outputs = projection.problem.outputs
+    pairs = zip(outputs, simulated(projection, solution), strict=True)
+    left = sum(float(np.sum((y - each) ** 2)) for y, each in pairs)
+    moved = sum(float(np.sum((each - each.mean()) ** 2)) for each in outputs)
+    return 1.0 - float(np.sqrt(left / moved))
+
+
 def solve_normal(x: Array, y: Array) -> Array:
     """Return the least-squares solution by normal equations with one correction."""
     size = np.sqrt(np.einsum("ij,ij->j", x, x))
@@ -242,8 +265,8 @@ class Search:
             bounds=(low, high),
             diff_step=np.where(np.arange(len(first)) < n, 1e-5, 1e-4),
             max_nfev=evaluations,
-            xtol=1e-7,
-            ftol=1e-10,
+            xtol=1e-6,
+            ftol=1e-9,
         )
         return self.projection.solve(*parts(found.x))
 
@@ -261,9 +284,10 @@ class Search:
         for start in starts:
             if all(self._differ(start, each) for each in best):
                 best.append(start)
-            if len(best) == N_POLISHED:
+            if len(best) == N_POLISHED + (structure.zeros > 0):
                 break
-        return min((self.polish(start) for start in best), key=lambda each: each.cost)
+        polished = [self.polish(start, evaluations=FIRST_EVALUATIONS) for start in best]
+        return min(polished, key=lambda each: each.cost)
 
     def _differ(self, one: Solution, other: Solution) -> bool:
         """Whether two starts may lead to different minima: a zero in the right half-plane replaces a dead time."""
@@ -340,8 +364,3 @@ def jacobian_of(projection: Projection, solution: Solution) -> Array:
         for k in range(1, len(noise) + 1)
     ]
     return np.column_stack([*columns, linear, *past])
-
-
-def with_outliers(problem: Problem, outliers: list[Array]) -> Problem:
-    """Return a problem with outliers."""
-    return replace(problem, outliers=tuple(outliers))

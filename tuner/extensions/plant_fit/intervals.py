@@ -16,6 +16,8 @@ LEVEL = 0.975
 PROFILE = (0.3, 0.6, 1.0, 1.5, 2.0, 2.6, 3.5)
 """Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
 SLOPE_STEP = 1e-5
+OVERDAMPED = float(np.log(1.5))
+"""Logarithm of the damping ratio from which a pair of poles is told by its time constants."""
 
 
 @dataclass(frozen=True)
@@ -110,11 +112,16 @@ class FittedPlant:
         deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         width = float(t.ppf(LEVEL, self.degrees))
         numerator, shape = self.solution.numerators[j], self.solution.shape[j]
-        gain = deviation[m * (structure.n_shape + structure.has_dead_time) + j * len(numerator)]
+        gain = float(deviation[m * (structure.n_shape + structure.has_dead_time) + j * len(numerator)])
         ratio = f"{units[1]}/{units[0]}" + {0: "", 1: "/s", 2: "/s2"}[structure.integrators]
         value = float(numerator[0])
         numbers = [Number("K", value, value - width * gain, value + width * gain, ratio)]
+        split = self._time_constants(j, width)
+        numbers += split
         for k, (name, unit) in enumerate(structure.names):
+            pair = (k - structure.lags) // 2
+            if split and pair >= 0 and shape[structure.lags + 2 * pair + 1] > OVERDAMPED:
+                continue
             factor = float(np.exp(min(width * deviation[j * structure.n_shape + k], 50.0)))
             value = float(np.exp(shape[k]))
             numbers.append(Number(name, value, value / factor, value * factor, unit))
@@ -131,6 +138,27 @@ class FittedPlant:
         if structure.has_dead_time:
             late = self.dead_time_profile(j)
             numbers.append(Number("L", float(self.solution.dead_times[j]), late.low, late.high, "s"))
+        return numbers
+
+    def _time_constants(self, j: int, width: float) -> list[Number]:
+        """Return the time constants of pairs that are far from oscillating, in place of frequency and damping."""
+        structure, shape = self.solution.structure, self.solution.shape[j]
+        numbers = []
+        for i in range(structure.lags, structure.n_shape, 2):
+            if shape[i + 1] <= OVERDAMPED:
+                continue
+            for k, sign in enumerate((1.0, -1.0), 1):
+
+                def logarithm(parameters: Array, i: int = i, sign: float = sign) -> Array:
+                    log_w, log_damping = self.parts(parameters)[0][j][i : i + 2]
+                    # Times and damping: T = exp(+-acosh(zeta)) / w.
+                    return np.array([sign * np.arccosh(np.exp(log_damping)) - log_w])
+
+                at, covariance = self.deviations(logarithm)
+                half = min(width * float(np.sqrt(covariance[0, 0])), 50.0)
+                tail = f"{(i - structure.lags) // 2 + 1}" if structure.pairs > 1 else ""
+                value = float(np.exp(at[0]))
+                numbers.append(Number(f"T{tail}{'ab'[k - 1]}", value, value * np.exp(-half), value * np.exp(half), "s"))
         return numbers
 
     def dead_time_profile(self, j: int) -> "Profile":

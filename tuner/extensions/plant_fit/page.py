@@ -32,7 +32,7 @@ AIDS = {
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
     "numbers": "95 % intervals. That of the dead time L is a likelihood profile, because the error has kinks in it.",
     "rivals": "Each structure is fitted without blocks of the record and judged by its errors there. The chosen one has the fewest "
-    "parameters among those within two standard errors, or half a per cent, of the best.",
+    "parameters among those within two standard errors, or two per cent, of the best.",
     "unknown": "Numbers with intervals wider than themselves, and an experiment that would identify them.",
 }
 LINES = (("measured", MEASURED), ("model", MODELLED), ("input", INPUT))
@@ -43,7 +43,10 @@ def fit_page(fit: "PlantFit") -> Page:
     document = fit.document
     panels = [make(fit) for make in (data_panels, residual_panels, step_panels, bode_panels)]
     names = ", ".join(row.output for row in document.outputs)
-    lead = [f"{row.output}: {row.structure}, which explains {per_cent(max(row.fit, 0.0))} of the record." for row in document.outputs]
+    lead = [
+        f"{row.output}: {row.structure}, which explains {per_cent(max(row.fit, 0.0))} of the record."
+        for row in document.outputs
+    ]
     return Page(
         kind="plant-fit",
         title=f"{names} by {', '.join(document.inputs)}, fitted to data",

@@ -78,7 +78,9 @@ class Columns:
         if self.period is not None and not 1e-9 < self.period < MAX_VALUE:
             raise InputError(f"given {self.period} s; allowed: above 0", key="period")
         if self.before and len(self.before) != len(self.inputs):
-            raise InputError(f"given {len(self.before)} values for {len(self.inputs)} inputs; give one each", key="before")
+            raise InputError(
+                f"given {len(self.before)} values for {len(self.inputs)} inputs; give one each", key="before"
+            )
         if not all(abs(value) < MAX_VALUE for value in self.before):
             raise InputError(f"given {list(self.before)}; allowed: finite numbers below {MAX_VALUE:g}", key="before")
 
@@ -94,7 +96,9 @@ def read_experiment(file: Path, columns: Columns) -> Experiment:
     first = content[:LONGEST_LINE].decode("utf-8-sig", "replace").split("\n")[0]
     separator = max(",;\t", key=first.count)
     head = header(first + "\n", separator)
-    time_name = columns.time or next((name for name in head if name.lower() in TIME_NAMES and name not in columns.all), "")
+    time_name = columns.time or next(
+        (name for name in head if name.lower() in TIME_NAMES and name not in columns.all), ""
+    )
     if not time_name and columns.period is None:
         shown = ", ".join(shortened(name) for name in head[:12])
         raise InputError(
@@ -123,7 +127,9 @@ def read_experiment(file: Path, columns: Columns) -> Experiment:
     return experiment
 
 
-def make_experiment(time: Array, inputs: Array, outputs: Array, before: Sequence[float] = (), name: str = "data") -> Experiment:
+def make_experiment(
+    time: Array, inputs: Array, outputs: Array, before: Sequence[float] = (), name: str = "data"
+) -> Experiment:
     """Return the record of arrays: times (n,) [s], inputs and outputs (n,) or (n, signals); checked as a file's."""
     columns = [np.asarray(each, dtype=float) for each in (inputs, outputs)]
     columns = [each[:, None] if each.ndim == 1 else each for each in columns]
@@ -131,7 +137,10 @@ def make_experiment(time: Array, inputs: Array, outputs: Array, before: Sequence
     if time.ndim != 1 or any(each.ndim != 2 or len(each) != len(time) for each in columns):
         shapes = ", ".join(str(each.shape) for each in (time, *columns))
         raise InputError(f"given arrays of the shapes {shapes}; allowed: (n,) and (n, signals) with one n", key="data")
-    names = [f"input {i + 1}" for i in range(columns[0].shape[1])], [f"output {i + 1}" for i in range(columns[1].shape[1])]
+    names = (
+        [f"input {i + 1}" for i in range(columns[0].shape[1])],
+        [f"output {i + 1}" for i in range(columns[1].shape[1])],
+    )
     named = Columns(tuple(names[0]), tuple(names[1]), before=tuple(before))
     _check_cells(np.column_stack([*columns, time]), [*names[0], *names[1], "time"], Path(name))
     start = np.array(named.before) if named.before else columns[0][0].copy()
@@ -167,7 +176,8 @@ def _check_time(experiment: Experiment, file: Path) -> None:
     longest, usual = float(steps.max()), float(np.median(steps))
     if longest > 1000.0 * usual:
         raise InputError(
-            f"has a gap of {longest:g} s between samples of {usual:g} s; give its parts as files of their own", file=file
+            f"has a gap of {longest:g} s between samples of {usual:g} s; give its parts as files of their own",
+            file=file,
         )
 
 

@@ -15,6 +15,7 @@ from tuner.extensions.plant_fit.estimate import (
     Projection,
     Search,
     Solution,
+    share,
     starts_of,
     usual_dead_times,
 )
@@ -22,14 +23,18 @@ from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.structures import FIRST, STRUCTURES, Structure
 
 Array = np.ndarray
-N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 4
+N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 3
 ROUNDS = 3
 """Fits of plant and noise in turn before they are fitted together."""
 SAMPLES_EACH = 8
 """Fewest samples for each parameter."""
-HOPELESS, REFIT_EVALUATIONS = 4.0, 12
+MAX_THINNING = 3
+"""Thinning from which a stretch at full rate is searched too, for plants that are fast beside it."""
+HOPELESS, REFIT_EVALUATIONS = 4.0, 10
 """Sum of squared residuals over the best's from which a structure is not refined; steps of a refinement."""
-MIN_ADVANTAGE, MIN_GAIN = 2.0, 0.005
+MAX_LOSS = 0.05
+"""Fit that plant and noise together may lose against the plant under the rivals' noise model."""
+MIN_ADVANTAGE, MIN_GAIN = 2.0, 0.02
 """Standard errors, and share of the mean square, by which a richer structure has to be better."""
 START_P = 12.0
 """Gain in the logarithm of the likelihood from which an initial state is estimated; 1 in 100,000 records at rest reaches it."""
@@ -84,8 +89,11 @@ def choose(problem: Problem, structures: list[Structure]) -> Chosen:
     noise = fit_noise(list(best.residuals))
     limit = HOPELESS * min(each.cost for each in first)
     rivals = _judged(problem, [_refit(problem, each, noise, each.cost > limit) for each in first])
-    chosen = _simplest(rivals)
-    return Chosen(problem, fit_together(problem, chosen.solution), tuple(rivals))
+    start = _simplest(rivals).solution
+    together = fit_together(problem, start)
+    shares = [share(Projection(problem, start.structure), each) for each in (start, together)]
+    # Where no linear plant fits, a noise model of its own would take over what the plant should explain.
+    return Chosen(problem, start if shares[1] < shares[0] - MAX_LOSS else together, tuple(rivals))
 
 
 def fit_together(problem: Problem, start: Solution) -> Solution:
@@ -106,11 +114,11 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
     for structure in structures:
         earlier = _earlier(structure, fits)
         found = [_searched(coarse, structure, earlier)]
-        if every > 1:
+        if every > MAX_THINNING:
             found.append(_searched(_window(problem), structure, earlier))
         starts = [Projection(problem, structure).solve(each.shape, each.dead_times, each.noise) for each in found]
         start = min(starts, key=lambda each: each.cost)
-        fits[structure.name] = Search(Projection(problem, structure)).polish(start)
+        fits[structure.name] = Search(Projection(problem, structure)).polish(start, evaluations=REFIT_EVALUATIONS)
     return fits
 
 
@@ -242,4 +250,3 @@ def _simplest(rivals: list[Rival]) -> Rival:
 def usual_structures() -> list[Structure]:
     """Return the structures that compete unless others are named."""
     return list(STRUCTURES.values())
-

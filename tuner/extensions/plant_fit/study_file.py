@@ -97,7 +97,9 @@ def slowness(plants: Sequence[FittedPlant]) -> float:
         late = float(each.solution.dead_times.max())
         for denominator in each.solution.denominators:
             integrators = each.solution.structure.integrators
-            slow = float(np.sum(1.0 / np.maximum(np.abs(np.roots(denominator[: len(denominator) - integrators])), 1e-12)))
+            slow = float(
+                np.sum(1.0 / np.maximum(np.abs(np.roots(denominator[: len(denominator) - integrators])), 1e-12))
+            )
             times.append(slow + late if slow + late > 0.0 else 100.0 * each.chosen.problem.period)
     return max(times)
 
@@ -135,7 +137,11 @@ def joint_spread(names: Sequence[str], values: Array, covariance: Array) -> list
             # A parameter that hardly moves in a direction is left out of it.
             share = 1e-3 * np.abs(column).max()
             rows.append(
-                {names[i]: round_to(float(width), 3) for i, width in zip(used, column, strict=True) if abs(width) > share}
+                {
+                    names[i]: round_to(float(width), 3)
+                    for i, width in zip(used, column, strict=True)
+                    if abs(width) > share
+                }
             )
     return rows
 
@@ -172,7 +178,11 @@ def _scenario(
     if kind == "load":
         for loop in loops:
             low, high = signals.ranges[signals.inputs.index(loop.input)]
-            disturbance[f"{loop.input}_load"] = {"kind": "step", "size": round_to(0.25 * (high - low), 2), "time": start}
+            disturbance[f"{loop.input}_load"] = {
+                "kind": "step",
+                "size": round_to(0.25 * (high - low), 2),
+                "time": start,
+            }
     table: PlainTable = {"name": kind, "duration": round(duration, 9), "search": 8, "held_out": 64}
     if kind == "set point":
         table["reference"] = {
