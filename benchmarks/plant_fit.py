@@ -95,7 +95,7 @@ def simulate(case: Case, seed: int) -> Experiment:
     late = round(case.dead_time / fine)
     moves = np.repeat(rng.choice([-1.0, 1.0], n // case.hold + 1), case.hold)[:n]
     moves[: case.hold] = 0.0
-    noise = lfilter(*case.noise_filter, rng.normal(0.0, case.noise, n + 200))[200:]
+    noise = np.asarray(lfilter(*case.noise_filter, rng.normal(0.0, case.noise, n + 200)))[200:]
     run = _open if case.feedback is None else _closed
     inputs, clean = run(case, matrices, late, moves, noise)
     return make_experiment(case.period * np.arange(n), inputs, 5.0 + clean + noise)

@@ -45,7 +45,7 @@ class PlantScenario:
     name: unique in a study, part of the random streams. duration [s]. references: signal of every outer channel, counted from its
     output at rest (of an FMU, which does not tell it, from 0), 0 where none is given. disturbances: signal of each field of
     Disturbance. sensors: of each output. spread: half-width of the uniform factor on each parameter, 0.2 for +-20 %.
-    joint_spread: half-widths by parameter that one uniform number moves together, so that these parameters are correlated. settling:
+    joint_spread: half-widths of parameters that one uniform number moves together. settling:
     band of the settling time as a share of the step; band: of channels without a step, in the unit of each, by default a
     hundredth of its limit. recovery_from: when the disturbance is over [s]. steady_share: share of the flight, at its end,
     that the steady-state error looks at.

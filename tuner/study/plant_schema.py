@@ -144,7 +144,7 @@ class PlantScenarioTable(StrictTable):
     spread: dict[str, float] = Field(default={})
     """Half-width of the uniform factor on each parameter, 0.2 for +-20 %."""
     joint_spread: Annotated[list[dict[str, float]], Field(max_length=64)] = Field(default=[])
-    """Half-widths of parameters that vary together, beside `spread`: one uniform number moves all of a table."""
+    """Half-widths of parameters that vary together; one uniform number moves all of a table."""
     settling: float = 0.02
     """Band of the settling time, as a share of the step."""
     band: dict[str, float] = Field(default={})

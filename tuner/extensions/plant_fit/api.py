@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -186,7 +186,7 @@ def _check_targets(out: Path | None, report: Path | None) -> None:
 
 def _experiments(data: "str | Path | Sequence[str | Path] | pd.DataFrame", columns: Columns) -> list[Experiment]:
     if hasattr(data, "columns"):
-        return [_of_frame(data, columns)]
+        return [_of_frame(cast("pd.DataFrame", data), columns)]
     files = [data] if isinstance(data, str | Path) else list(data)  # pyright: ignore[reportArgumentType]
     if not 1 <= len(files) <= MAX_EXPERIMENTS:
         raise InputError(f"given {len(files)} files; allowed: 1 to {MAX_EXPERIMENTS}", key="data")

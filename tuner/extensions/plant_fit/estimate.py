@@ -23,6 +23,8 @@ DIFFERENCE = 1e-4
 """Step of differences in shape parameters, which are logarithms."""
 N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 2
 MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
+FILLINGS = 2
+"""Times that outliers are filled in again."""
 AT_REST = 5
 """Samples at the beginning of a record that all differ in their inputs if it does not begin at rest."""
 REDUCED = 1500
@@ -163,12 +165,13 @@ class Projection:
         matrices = self.matrices(shape, dead_times)
         outputs = list(problem.outputs)
         has_outliers = any(len(each) for each in problem.outliers)
-        for _ in range(3 if has_outliers else 1):
+        linear, errors = self._least_squares(matrices, outputs, noise)
+        residuals = [y - x @ linear for x, y in zip(matrices, outputs, strict=True)]
+        for _ in range(FILLINGS if has_outliers else 0):
+            filled = map(fill_outliers, residuals, problem.outliers, [noise] * len(residuals))
+            outputs = [x @ linear + each for x, each in zip(matrices, filled, strict=True)]
             linear, errors = self._least_squares(matrices, outputs, noise)
             residuals = [y - x @ linear for x, y in zip(matrices, outputs, strict=True)]
-            if has_outliers:
-                filled = map(fill_outliers, residuals, problem.outliers, [noise] * len(residuals))
-                outputs = [x @ linear + each for x, each in zip(matrices, filled, strict=True)]
         return Solution(self.structure, shape, np.array(dead_times), noise, linear, errors, tuple(residuals))
 
     def _least_squares(self, matrices: list[Array], outputs: list[Array], noise: Array) -> tuple[Array, Array]:

@@ -31,8 +31,8 @@ AIDS = {
     "step": "Response to a step of one unit of the input, with the 95 % band of the covariance.",
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
     "numbers": "95 % intervals. That of the dead time L is a likelihood profile, because the error has kinks in it.",
-    "rivals": "Each structure is fitted without blocks of the record and judged by its errors there. The chosen one has the fewest "
-    "parameters among those within two standard errors, or two per cent, of the best.",
+    "rivals": "Each structure is fitted without blocks of the record and judged by its errors there. The chosen one has "
+    "the fewest parameters among those within two standard errors, or two per cent, of the best.",
     "unknown": "Numbers with intervals wider than themselves, and an experiment that would identify them.",
 }
 LINES = (("measured", MEASURED), ("model", MODELLED), ("input", INPUT))
@@ -103,8 +103,8 @@ def _rivals(row: OutputRow) -> Markup:
 
 
 def _records(document: PlantFitDocument) -> Markup:
-    cells = [
-        (row.file, count(row.samples), f"{significant(row.duration)} s", f"{significant(row.period)} s", row.sha256[:16], "; ".join(row.notes))
-        for row in document.records
-    ]  # fmt: skip
+    cells = []
+    for row in document.records:
+        duration, period = (f"{significant(value)} s" for value in (row.duration, row.period))
+        cells.append((row.file, count(row.samples), duration, period, row.sha256[:16], "; ".join(row.notes)))
     return table(("", "samples", "duration", "interval", "sha256", ""), cells)

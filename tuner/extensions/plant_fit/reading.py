@@ -144,7 +144,7 @@ def make_experiment(
     named = Columns(tuple(names[0]), tuple(names[1]), before=tuple(before))
     _check_cells(np.column_stack([*columns, time]), [*names[0], *names[1], "time"], Path(name))
     start = np.array(named.before) if named.before else columns[0][0].copy()
-    experiment = Experiment(name, sha256(np.ascontiguousarray(columns[1])).hexdigest(), time, *columns, start)
+    experiment = Experiment(name, sha256(columns[1].tobytes()).hexdigest(), time, columns[0], columns[1], start)
     _check_time(experiment, Path(name))
     _check_motion(experiment, named, Path(name))
     return experiment
@@ -156,7 +156,7 @@ def _check_cells(table: Array, names: Sequence[str], file: Path) -> None:
     with np.errstate(invalid="ignore"):
         wrong = np.argwhere(~(np.abs(table) < MAX_VALUE))
     if len(wrong):
-        row, column = wrong[0]
+        row, column = (int(place) for place in wrong[0])
         raise InputError(
             f"column '{shortened(names[column])}' has no number below {MAX_VALUE:g} in row {row + 1:,} "
             f"({len(wrong):,} such cells); remove these rows",

@@ -104,7 +104,7 @@ class SampledFilter:
         delayed = np.concatenate([np.zeros(k), inputs[: len(inputs) - k]])
         rows = self._numerators(rest)[:n_responses]
         scale = self.pace ** np.arange(n_responses) / self._lead
-        return [lfilter(row * factor, self.poles, delayed) for row, factor in zip(rows, scale, strict=True)]
+        return [np.asarray(lfilter(row * factor, self.poles, delayed)) for row, factor in zip(rows, scale, strict=True)]
 
     def _numerators(self, rest: float) -> Array:
         """Return the numerators (order, order + 2) of the phase variables; rest: part of a cell by which the input is late."""
@@ -122,7 +122,7 @@ class SampledFilter:
         """Return a basis of the responses (cells,) to initial states."""
         starts = np.zeros((self.order, n_cells))
         np.fill_diagonal(starts, 1.0)
-        return [lfilter([1.0], self.poles, start) for start in starts]
+        return [np.asarray(lfilter([1.0], self.poles, start)) for start in starts]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The structure of a plant: rivals are fitted without parts of the record and judged by the errors on those parts.
 
-The parts are blocks all over the record, so that each holds some of what a single step shows. All rivals are judged under one noise
-model: that of the richest would hide in its own what a poor plant leaves over.
+The parts are blocks all over the record, so that a single step is in most of them. All rivals are judged under one noise model:
+one of its own would explain what a poor plant leaves over.
 """
 
 from dataclasses import dataclass, replace

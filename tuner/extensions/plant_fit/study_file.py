@@ -125,7 +125,7 @@ def plant_table(
 
 def joint_spread(names: Sequence[str], values: Array, covariance: Array) -> list[dict[str, float]]:
     """Return half-widths by parameter, a table for each independent direction, with the covariance of the parameters."""
-    used = np.flatnonzero(values)
+    used = [int(i) for i in np.flatnonzero(values)]
     relative = covariance[np.ix_(used, used)] / np.outer(values[used], values[used])
     variances, directions = np.linalg.eigh(0.5 * (relative + relative.T))
     widths = WIDTH_OF_DEVIATION * directions * np.sqrt(np.maximum(variances, 0.0))
@@ -148,16 +148,13 @@ def joint_spread(names: Sequence[str], values: Array, covariance: Array) -> list
 
 def _loops(plants: Sequence[FittedPlant], signals: Signals) -> list[Loop]:
     """Return a loop for each output that an input of its own can move, the strongest pairs first."""
-    strength = np.array(
-        [
-            [abs(gain) * np.ptp(limits) / max(moved, 1e-300) for gain, limits in zip(each.solution.numerators[:, 0], signals.ranges, strict=True)]
-            for each, moved in zip(plants, signals.moved, strict=True)
-        ]
-    )  # fmt: skip
+    ranges = np.ptp(signals.ranges, axis=1)
+    rows = [np.abs(each.solution.numerators[:, 0]) * ranges for each in plants]
+    strength = np.array(rows) / np.maximum(signals.moved, 1e-300)[:, None]
     loops = {}
     for _ in range(min(strength.shape)):
-        i, j = np.unravel_index(int(np.argmax(strength)), strength.shape)
-        loops[int(i)] = Loop(plants[i], int(j), signals.outputs[i], signals.inputs[j], float(signals.moved[i]))
+        i, j = divmod(int(np.argmax(strength)), strength.shape[1])
+        loops[i] = Loop(plants[i], j, signals.outputs[i], signals.inputs[j], float(signals.moved[i]))
         strength[i], strength[:, j] = -1.0, -1.0
     return [loops[i] for i in sorted(loops)]
 
