@@ -13,6 +13,8 @@ LAWS: Mapping[str, str] = {"pi": "pid", "pid": "pid", "ladrc": "ladrc", "adrc": 
 """Law on the command line -> law of a channel."""
 RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
+MAX_BANDWIDTH = 0.28
+"""Largest bandwidth of an observer times the control period."""
 LIMIT_STEPS = 20.0
 """Error, in steps of the reference, from which a flight has failed."""
 
@@ -72,6 +74,8 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
         searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, law, period)
         for name, value in searched.items():
             low, high = (float(f"{value * end:.3g}") for end in RANGE)
+            if name == "omega_o":
+                high = min(high, float(f"{MAX_BANDWIDTH / period:.2g}"))
             gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": float(f"{value:.3g}")}
         gains |= {f"{loop.output}.{name}": float(f"{value:.3g}") for name, value in fixed.items()}
     return channels, gains
@@ -113,7 +117,8 @@ def _high_frequency_gain(loop: Loop) -> float:
 def _observer(loop: Loop, law: str, period: float) -> tuple[Gains, Gains]:
     """Return gains of a disturbance observer whose bandwidth the dead time allows (Gao, 2003)."""
     first, _, late = loop.times
-    bandwidth = 0.4 / (max(late, period) + 0.05 * first)
+    # An observer three times as fast has to be slow beside the control period.
+    bandwidth = min(0.4 / (max(late, period) + 0.05 * first), 0.2 * MAX_BANDWIDTH / period)
     gains = {"omega_c": bandwidth, "zeta": 1.0, "omega_o": 3.0 * bandwidth}
     if law == "ladrc":
         return {key: gains[key] for key in ("omega_c", "omega_o")}, {"zeta": 1.0}

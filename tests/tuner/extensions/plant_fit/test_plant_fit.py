@@ -80,7 +80,7 @@ def test_responses_at_irregular_samples_are_those_of_lsim():
 
 
 def test_known_numbers_are_inside_their_intervals_and_the_true_structure_is_chosen():
-    found = tuner.fit(frame_of(*record()), input="u", output="y")
+    found = tuner.fit(frame_of(*record(seed=2)), input="u", output="y")
     assert found.document.outputs[0].structure == "second order"
     rows = numbers(found)
     for name, true in {"K": 1.8, "w": 120.0**-0.5, "zeta": 11.5 / 120.0**0.5, "L": 2.2}.items():
@@ -193,7 +193,7 @@ def test_the_study_of_a_fit_is_stable_and_has_the_plant(tmp_path, law):
     row = found.document.outputs[0].transfer_functions[0]
     parameters = study.system.parameters
     assert [parameters.a2, parameters.a1, parameters.b0] == pytest.approx(
-        [*row.denominator[:2], row.numerator[0]], rel=1e-6
+        [*row.denominator[:2], row.numerator[-1]], rel=1e-6
     )
     assert study.system.plan.actuators[0].delay == pytest.approx(
         row.dead_time, abs=0.5 * study.system.timing.control_period
