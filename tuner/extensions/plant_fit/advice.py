@@ -121,9 +121,9 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     projection = Projection(planned, solution.structure)
     first = projection.solve(solution.shape, solution.dead_times, solution.noise)
     shared = solution.numerators.size
-    known = np.zeros(len(first.linear))
-    known[:shared] = solution.linear[:shared]
-    jacobian = jacobian_of(projection, replace(first, linear=known, residuals=(np.zeros(n),)))
+    linear = np.zeros(len(first.linear))
+    linear[:shared] = solution.linear[:shared]
+    jacobian = jacobian_of(projection, replace(first, linear=linear, residuals=(np.zeros(n),)))
     used = jacobian[:, : len(jacobian.T) - len(solution.noise)]
     size = np.linalg.norm(used, axis=0)
     size[size == 0.0] = 1.0

@@ -2,88 +2,31 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from plant.errors import InputError, check_name
-from tuner.api.frames import Documented, figures, frame, shown
 from tuner.extensions.plant_fit.building import fit_document
 from tuner.extensions.plant_fit.channels import LAWS
-from tuner.extensions.plant_fit.document import PlantFitDocument
 from tuner.extensions.plant_fit.estimate import Problem
 from tuner.extensions.plant_fit.intervals import FittedPlant
 from tuner.extensions.plant_fit.noise import noise_parts
+from tuner.extensions.plant_fit.page import fit_page
 from tuner.extensions.plant_fit.reading import Columns, Experiment, make_experiment, read_experiment
 from tuner.extensions.plant_fit.selection import choose, usual_structures
 from tuner.extensions.plant_fit.structures import STRUCTURES
-from tuner.extensions.plant_fit.study_file import Signals, study_text
+from tuner.extensions.plant_fit.result import PlantFit
+from tuner.extensions.plant_fit.study_file import Signals
+from tuner.report.page import put_page
 from tuner.store.document import taken
 from tuner.store.folder import put
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from tuner.report.charts.paper import Figure
-
 MAX_EXPERIMENTS = 32
-
-
-@dataclass(frozen=True)
-class PlantFit(Documented):
-    """A plant out of data.
-
-    Attributes:
-        document: Output of `tuner fit --json`.
-        experiments: Records behind it.
-        plants: Plant of each output, with its rivals and covariance.
-        signals: Names and noise of its inputs and outputs.
-    """
-
-    document: PlantFitDocument
-    experiments: list[Experiment]
-    plants: list[FittedPlant]
-    signals: Signals
-
-    @cached_property
-    def table(self) -> "pd.DataFrame":
-        """A row for each number: value and 95 % interval."""
-        rows = [{"output": row.output, **number.content()} for row in self.document.outputs for number in row.numbers]
-        return frame(rows, ["output", "input", "name"])
-
-    @cached_property
-    def rivals(self) -> "pd.DataFrame":
-        """A row for each structure of each output: fit, and fit to held-out blocks."""
-        rows = [{"output": row.output, **rival.content()} for row in self.document.outputs for rival in row.rivals]
-        return frame(rows, ["output", "structure"])
-
-    def study(self, law: str = "pid", title: str = "") -> str:
-        """Return a study of the plant as TOML.
-
-        Args:
-            law: Law of its loops: pi, pid, ladrc or adrc.
-            title: Title of the study.
-        """
-        named = title or f"{', '.join(self.signals.outputs)} by {', '.join(self.signals.inputs)}"
-        return study_text(self.plants, self.signals, law, named)
-
-    def figure(self, name: str = "fit") -> "Figure":
-        """Draw measurement and model.
-
-        Args:
-            name: Figure: fit, residuals, step or bode.
-
-        Returns:
-            The figure, made without pyplot.
-        """
-        return figures("plant_fit", self).draw(name)
-
-    def _repr_html_(self) -> str:
-        chosen = [f"{row.output}: {row.structure}" for row in self.document.outputs]
-        return shown(f"Fitted to {len(self.document.records)} records", chosen, self.table)
 
 
 def fit(
@@ -145,15 +88,12 @@ def fit(
     ]
     signals = _signals(experiments, columns, plants, units or {})
     document = fit_document(experiments, plants, signals, None if out is None else str(out))
-    found = PlantFit(document, experiments, plants, signals)
+    result = PlantFit(document, experiments, plants, signals)
     if targets[0] is not None:
-        put(targets[0].parent, targets[0].name, found.study(law).encode())
+        put(targets[0].parent, targets[0].name, result.study(law).encode())
     if targets[1] is not None:
-        from tuner.extensions.plant_fit.page import fit_page
-        from tuner.report.page import put_page
-
-        put_page(targets[1].parent, fit_page(found), targets[1].name)
-    return found
+        put_page(targets[1].parent, fit_page(result), targets[1].name)
+    return result
 
 
 def _names(given: str | Sequence[str]) -> tuple[str, ...]:
@@ -235,12 +175,12 @@ def _signals(
 
 def _identifiers(names: Sequence[str]) -> list[str]:
     """Return names that a plant's signals can have, each once."""
-    found: list[str] = []
+    unique: list[str] = []
     for name in names:
         plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower() or "signal"
         plain = f"x_{plain}" if plain[0].isdigit() else plain
         count = 1
-        while (plain if count == 1 else f"{plain}_{count}") in found:
+        while (plain if count == 1 else f"{plain}_{count}") in unique:
             count += 1
-        found.append(plain if count == 1 else f"{plain}_{count}")
-    return found
+        unique.append(plain if count == 1 else f"{plain}_{count}")
+    return unique

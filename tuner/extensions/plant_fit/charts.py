@@ -15,7 +15,7 @@ from tuner.report.charts.paper import Figure, figure_of
 from tuner.text.units import bracketed
 
 if TYPE_CHECKING:
-    from tuner.extensions.plant_fit.api import PlantFit
+    from tuner.extensions.plant_fit.result import PlantFit
 
 HEIGHT = 3.0
 MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", opacity=0.22), Look("tuned", width=4.0)

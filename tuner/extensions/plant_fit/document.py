@@ -51,10 +51,10 @@ class TransferFunctionRow(DocumentPart):
 
 
 class NoiseRow(DocumentPart):
-    """Noise of an output: white and coloured, rms in its unit, correlation time [s]; outliers left out of the fit.
+    """Noise of an output: white and coloured, rms in its unit, and the correlation time of the latter [s].
 
     prediction_error: rms of the errors of one-step prediction. correlated: share of their autocorrelations beyond the 95 % bound.
-    order: coefficients of the noise model.
+    order: number of coefficients of the noise model. outliers: number of samples that the fit leaves out.
     """
 
     white: float

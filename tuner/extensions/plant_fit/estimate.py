@@ -151,10 +151,10 @@ class Projection:
         count = self.structure.zeros + 1
         parts = self._regressors.matrices([(self.structure.denominator(row), count) for row in shape], dead_times)
         shared = count * self.problem.n_inputs
-        own = [part.shape[1] - shared for part in parts]
+        n_offsets = [part.shape[1] - shared for part in parts]
         wide = []
         for i, part in enumerate(parts):
-            left, right = np.zeros((len(part), sum(own[:i]))), np.zeros((len(part), sum(own[i + 1 :])))
+            left, right = np.zeros((len(part), sum(n_offsets[:i]))), np.zeros((len(part), sum(n_offsets[i + 1 :])))
             wide.append(np.hstack([part[:, :shared], left, part[:, shared:], right]))
         return wide
 
@@ -183,13 +183,13 @@ class Projection:
         return linear, y - x @ linear
 
     def counted(self, noise: Array) -> Array:
-        """Return which prediction errors count."""
+        """Return a mask of the prediction errors that count."""
         assert self.problem.rows is not None
         return np.concatenate([rows[len(noise) :] for rows in self.problem.rows])
 
 
 def simulated(projection: Projection, solution: Solution) -> list[Array]:
-    """Return what the inputs make of each output (samples,), with the offsets, drift and initial states that fit it best.
+    """Return the simulated outputs (samples,), with the offsets, drift and initial states that fit them best.
 
     Under noise that wanders, those of the prediction errors can be far from the record.
     """
@@ -198,8 +198,8 @@ def simulated(projection: Projection, solution: Solution) -> list[Array]:
     driven = [each[:, :shared] @ solution.linear[:shared] for each in matrices]
     outputs = projection.problem.outputs
     left = np.concatenate([y - each for y, each in zip(outputs, driven, strict=True)])
-    own = solve_normal(np.vstack([each[:, shared:] for each in matrices]), left)
-    return [each + matrix[:, shared:] @ own for each, matrix in zip(driven, matrices, strict=True)]
+    offsets = solve_normal(np.vstack([each[:, shared:] for each in matrices]), left)
+    return [each + matrix[:, shared:] @ offsets for each, matrix in zip(driven, matrices, strict=True)]
 
 
 def share(projection: Projection, solution: Solution) -> float:
@@ -262,7 +262,7 @@ class Search:
         if len(first) == 0:
             return self.projection.solve(*parts(first))
         margin = 1e-6 * np.minimum(1.0, np.where(np.isfinite(high - low), high - low, 1.0))
-        found = least_squares(
+        minimum = least_squares(
             errors,
             np.clip(first, low + margin, high - margin),
             bounds=(low, high),
@@ -271,7 +271,7 @@ class Search:
             xtol=1e-6,
             ftol=1e-9,
         )
-        return self.projection.solve(*parts(found.x))
+        return self.projection.solve(*parts(minimum.x))
 
     def from_grid(self, noise: Array, shapes: list[Array], dead_times: Array) -> Solution:
         """Return the best solution that starts from shapes (n_shape,) and dead times [s], the same for all inputs."""

@@ -128,8 +128,8 @@ class FittedPlant:
         for k in range(1, structure.zeros + 1):
 
             def zero(parameters: Array, k: int = k) -> Array:
-                found = self.parts(parameters)[2][j]
-                return np.array([found[k] / found[0]])
+                numerator = self.parts(parameters)[2][j]
+                return np.array([numerator[k] / numerator[0]])
 
             at, covariance = self.deviations(zero)
             value, half = float(at[0]), width * float(np.sqrt(covariance[0, 0]))
@@ -247,8 +247,8 @@ def _at_dead_time(plant: FittedPlant, start: Solution, j: int, dead_time: float)
     fixed = replace(start.structure, has_dead_time=False)
     projection = FixedDeadTimes(plant.chosen.problem, fixed, dead_times)
     first = projection.solve(start.shape, dead_times, start.noise)
-    found = Search(projection).polish(first, evaluations=8)
-    return replace(found, structure=start.structure, dead_times=dead_times)
+    best = Search(projection).polish(first, evaluations=8)
+    return replace(best, structure=start.structure, dead_times=dead_times)
 
 
 class FixedDeadTimes(Projection):

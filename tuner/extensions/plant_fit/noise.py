@@ -12,9 +12,9 @@ from scipy.ndimage import median_filter
 
 Array = np.ndarray
 MAX_NOISE_ORDER = 12
-OUTLIER = 8.0
+OUTLIER_DISTANCE = 8.0
 """Distance from the median of neighbours, in robust standard deviations, from which a sample is an outlier."""
-NEIGHBOURS = 5
+WINDOW_LENGTH = 5
 GAUSSIAN_MAD = 1.4826
 MAX_OUTLIERS = 0.1
 """Largest share of a record that can be outliers."""
@@ -33,14 +33,14 @@ def quantum_of(series: Array) -> float:
 
 def outliers_in(residual: Array, quantum: float) -> Array:
     """Return the indices of samples that are far from the median of their neighbours."""
-    rest = residual - median_filter(residual, NEIGHBOURS, mode="nearest")
+    rest = residual - median_filter(residual, WINDOW_LENGTH, mode="nearest")
     # A sample that is the median itself says nothing of the scale.
     moved = np.abs(rest[rest != 0.0])
     if len(moved) == 0:
         return np.zeros(0, dtype=int)
     scale = max(GAUSSIAN_MAD * float(np.median(moved)), 0.5 * quantum)
-    found = np.flatnonzero(np.abs(rest) > OUTLIER * scale)
-    return found if len(found) <= MAX_OUTLIERS * len(residual) else np.zeros(0, dtype=int)
+    places = np.flatnonzero(np.abs(rest) > OUTLIER_DISTANCE * scale)
+    return places if len(places) <= MAX_OUTLIERS * len(residual) else np.zeros(0, dtype=int)
 
 
 def whiten(series: Array, noise: Array) -> Array:

@@ -22,7 +22,7 @@ from tuner.text.markup import Markup, described, element, join, table
 from tuner.text.numbers import count, per_cent, significant
 
 if TYPE_CHECKING:
-    from tuner.extensions.plant_fit.api import PlantFit
+    from tuner.extensions.plant_fit.result import PlantFit
 
 AIDS = {
     "data": "The model gets the measured inputs alone: no measured output corrects it.",

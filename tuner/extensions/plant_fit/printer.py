@@ -8,7 +8,7 @@ from tuner.extensions.plant_fit.document import OutputRow, PlantNumber, Transfer
 from tuner.text.numbers import estimate, per_cent, significant
 
 if TYPE_CHECKING:
-    from tuner.extensions.plant_fit.api import PlantFit
+    from tuner.extensions.plant_fit.result import PlantFit
 
 
 def print_plant_fit(fit: "PlantFit", console: Console) -> None:

@@ -93,8 +93,8 @@ class SampledFilter:
         matrix[n - 1, :n] = -scaled[:0:-1]
         matrix[n - 1, n] = 1.0
         self._generator = matrix * self.pace * period
-        self._whole = exponentials(self._generator)
-        self.step = self._whole[:n, :n]
+        self._transition = exponentials(self._generator)
+        self.step = self._transition[:n, :n]
         self.poles = np.real(np.poly(np.linalg.eigvals(self.step)))
 
     def responses(self, inputs: Array, dead_time: float, n_responses: int) -> list[Array]:
@@ -109,8 +109,8 @@ class SampledFilter:
     def _numerators(self, rest: float) -> Array:
         """Return the numerators (order, order + 2) of the phase variables; rest: part of a cell by which the input is late."""
         n = self.order
-        early = (self._whole if rest == 0.0 else exponentials(self._generator * (1.0 - rest)))[:n, n]
-        late = self._whole[:n, n] - early
+        early = (self._transition if rest == 0.0 else exponentials(self._generator * (1.0 - rest)))[:n, n]
+        late = self._transition[:n, n] - early
         markov = np.zeros((n, n + 2))
         for vector, first in ((early, 1), (late, 2)):
             for i in range(first, n + 2):
@@ -164,6 +164,6 @@ class Regressors:
                 free += sampled.free_responses(len(grid.inputs))
         n = self.n_samples[i]
         time = np.linspace(-1.0, 1.0, n) if grid.place is None else 2.0 * grid.place / grid.place[-1] - 1.0
-        own = [np.ones(n), *([time] if self.has_trend else [])]
-        own += [grid.at_samples(each) for each in free]
-        return np.column_stack([*[grid.at_samples(each) for each in columns], *own])
+        offsets = [np.ones(n), *([time] if self.has_trend else [])]
+        offsets += [grid.at_samples(each) for each in free]
+        return np.column_stack([*[grid.at_samples(each) for each in columns], *offsets])

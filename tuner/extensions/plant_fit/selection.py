@@ -113,10 +113,10 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
     fits: dict[str, Solution] = {}
     for structure in structures:
         earlier = _earlier(structure, fits)
-        found = [_searched(coarse, structure, earlier)]
+        candidates = [_searched(coarse, structure, earlier)]
         if every > MAX_THINNING:
-            found.append(_searched(_window(problem), structure, earlier))
-        starts = [Projection(problem, structure).solve(each.shape, each.dead_times, each.noise) for each in found]
+            candidates.append(_searched(_window(problem), structure, earlier))
+        starts = [Projection(problem, structure).solve(each.shape, each.dead_times, each.noise) for each in candidates]
         start = min(starts, key=lambda each: each.cost)
         fits[structure.name] = Search(Projection(problem, structure)).polish(start, evaluations=REFIT_EVALUATIONS)
     return fits
