@@ -1,1 +1,1 @@
-"""A plant with 95 % intervals out of a table of measured inputs and outputs."""
+"""A plant with 95 % intervals out of measured inputs and outputs."""

@@ -1,4 +1,4 @@
-"""What the data do not show, and the experiment that would: the intervals that its input would leave."""
+"""Numbers with wide intervals, and an experiment that would narrow them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from tuner.extensions.plant_fit.study_file import Signals
 from tuner.text.numbers import significant
 
 Array = np.ndarray
-WANTED = 0.1
+TARGET_WIDTH = 0.1
 """Half-width of an interval over its number that an experiment is planned for."""
 MAX_CELLS = 20_000
 """Most samples of a planned experiment."""
@@ -33,7 +33,7 @@ class Plan:
 
 
 def notes_of(plant: FittedPlant, signals: Signals, i: int, numbers: Sequence[Number]) -> list[str]:
-    """Return notes on numbers that are wide, and on an experiment that identifies them."""
+    """Return notes on wide intervals and on an experiment that narrows them."""
     unknown = list(dict.fromkeys(number.name for number in numbers if not number.is_identified))
     wide = [number for number in numbers if not _is_narrow(plant, number)]
     notes = [f"Not identified: {', '.join(unknown)}."] if unknown else []
@@ -63,11 +63,11 @@ def notes_of(plant: FittedPlant, signals: Signals, i: int, numbers: Sequence[Num
 
 
 def _is_narrow(plant: FittedPlant, number: Number) -> bool:
-    """Whether an interval is as narrow as wanted; of a dead time, beside the time that the plant takes."""
+    """Whether an interval is as narrow as wanted; a dead time is compared with the response time of the plant."""
     scale = abs(number.value)
     if number.name == "L":
         scale = max(scale, _response_time(plant))
-    return bool(number.high - number.low <= 2.0 * WANTED * scale)
+    return bool(number.high - number.low <= 2.0 * TARGET_WIDTH * scale)
 
 
 def _response_time(plant: FittedPlant) -> float:
@@ -77,7 +77,7 @@ def _response_time(plant: FittedPlant) -> float:
 
 
 def _plan(plant: FittedPlant, kind: str) -> Plan | None:
-    """Return the shortest experiment of a kind, by doubling, that gives every interval as wanted; None if none does."""
+    """Return the shortest experiment of a kind that suffices, or None."""
     period = max(plant.chosen.problem.period, 0.0)
     slow = _response_time(plant)
     hold = 3.0 * slow if kind == "steps" else 0.5 * slow
@@ -87,7 +87,7 @@ def _plan(plant: FittedPlant, kind: str) -> Plan | None:
         if n > MAX_CELLS:
             return None
         reached = _reached(plant, _moves(plant, kind, cells, n), n)
-        if reached <= WANTED:
+        if reached <= TARGET_WIDTH:
             return Plan(kind, n * period, cells * period, reached)
     return None
 
@@ -107,7 +107,7 @@ def _moves(plant: FittedPlant, kind: str, cells: int, n: int) -> Array:
 
 
 def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
-    """Return the widest half-width of an interval over its number that an experiment would leave."""
+    """Return the widest relative half-width that an experiment would leave."""
     problem, solution = plant.chosen.problem, plant.solution
     empty = (np.zeros(0, dtype=int),)
     planned = replace(

@@ -15,9 +15,9 @@ from tuner.extensions.plant_fit.intervals import FittedPlant
 from tuner.extensions.plant_fit.noise import noise_parts
 from tuner.extensions.plant_fit.page import fit_page
 from tuner.extensions.plant_fit.reading import Columns, Experiment, make_experiment, read_experiment
+from tuner.extensions.plant_fit.result import PlantFit
 from tuner.extensions.plant_fit.selection import choose, usual_structures
 from tuner.extensions.plant_fit.structures import STRUCTURES
-from tuner.extensions.plant_fit.result import PlantFit
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.report.page import put_page
 from tuner.store.document import taken

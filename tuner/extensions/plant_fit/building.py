@@ -122,7 +122,7 @@ def fit_share(plant: FittedPlant) -> float:
 
 
 def autocorrelation(errors: Array, max_lag: int = MAX_LAG) -> tuple[Array, float]:
-    """Return autocorrelations of prediction errors from lag 1 on, and the 95 % bound of white ones."""
+    """Return autocorrelations from lag 1 on and their 95 % bound."""
     centred = errors - errors.mean()
     top = min(max_lag, len(errors) // 4)
     power = float(centred @ centred)

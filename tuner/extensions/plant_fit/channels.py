@@ -41,7 +41,7 @@ class Loop:
 
     @property
     def times(self) -> tuple[float, float, float]:
-        """First and second coefficient of s in the denominator [s, s2], and the effective dead time [s].
+        """First and second coefficient of s, and effective dead time [s].
 
         Further poles, zeros in the right half-plane and half a sampling interval count as dead time.
         """
@@ -82,7 +82,7 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
 
 
 def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:
-    """Return searched and fixed gains by Skogestad's rule with a closed loop as fast as its dead time allows.
+    """Return searched and fixed gains by Skogestad's rule.
 
     S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control 13, 2003.
     """
@@ -107,7 +107,10 @@ def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:
 
 
 def _high_frequency_gain(loop: Loop) -> float:
-    """Return the gain from the command to the second derivative of the output; a dead time counts as a lag."""
+    """Return the gain from command to second derivative.
+
+    A dead time counts as a lag.
+    """
     first, second, late = loop.times
     if loop.plant.solution.structure.integrators:
         return loop.gain / max(first + late, 1e-12)

@@ -18,11 +18,16 @@ if TYPE_CHECKING:
     from tuner.extensions.plant_fit.result import PlantFit
 
 HEIGHT = 3.0
-MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", opacity=0.22), Look("tuned", width=4.0)
-INPUT, LEFT = Look("front"), Look("other", width=1.0)
+MEASURED_LOOK, MODEL_LOOK, BAND, STEM = (
+    Look("default"),
+    Look("tuned"),
+    Look("tuned", opacity=0.22),
+    Look("tuned", width=4.0),
+)
+INPUT, LEFT_LOOK = Look("front"), Look("other", width=1.0)
 N_POINTS = 240
 """Points of a response."""
-MAX_DRAWN = 4000
+MAX_POINTS = 4000
 """Samples of a record that are drawn, evenly thinned out."""
 DECIBELS = 20.0 / float(np.log(10.0))
 
@@ -36,8 +41,8 @@ def data_panels(fit: "PlantFit") -> list[Panel]:
         measured = [each.outputs[:, i] for each in fit.experiments]
         model = simulated(plant.chosen.projection, plant.solution)
         marks: list[Mark] = [
-            Line(name="measured", look=MEASURED, x=time, y=_joined(measured)),
-            Line(name="model", look=MODELLED, x=time, y=_joined(model)),
+            Line(name="measured", look=MEASURED_LOOK, x=time, y=_joined(measured)),
+            Line(name="model", look=MODEL_LOOK, x=time, y=_joined(model)),
         ]
         panels.append(Panel(f"data-{name}", name, x, Axis(bracketed(name, fit.signals.units[name])), marks))
     for j, name in enumerate(fit.signals.inputs):
@@ -55,7 +60,7 @@ def residual_panels(fit: "PlantFit") -> list[Panel]:
     time = _joined([each.time - each.time[0] for each in fit.experiments], shifted=True)
     panels = []
     for name, plant in zip(fit.signals.outputs, fit.plants, strict=True):
-        line = Line(look=LEFT, x=time, y=_joined(list(plant.solution.residuals)))
+        line = Line(look=LEFT_LOOK, x=time, y=_joined(list(plant.solution.residuals)))
         unit = bracketed("left over", fit.signals.units[name])
         panels.append(Panel(f"left-{name}", f"{name}, left over", Axis("time [s]"), Axis(unit), [line]))
         panels.append(_whiteness(name, plant))
@@ -87,7 +92,7 @@ def step_panels(fit: "PlantFit") -> list[Panel]:
             time, value, spread = step_response(plant, j)
             marks: list[Mark] = [
                 Band(name="95 % band", look=BAND, x=time, low=value - spread, high=value + spread),
-                Line(name="model", look=MODELLED, x=time, y=value),
+                Line(name="model", look=MODEL_LOOK, x=time, y=value),
             ]
             units = f"{fit.signals.units[name]}/{fit.signals.units[source]}"
             y = Axis(bracketed(f"{name} for a unit of {source}", "" if units == "1/1" else units))
@@ -96,7 +101,7 @@ def step_panels(fit: "PlantFit") -> list[Panel]:
 
 
 def step_response(plant: FittedPlant, j: int) -> tuple[Array, Array, Array]:
-    """Return times [s], response (k,) of an input to a unit step, and half-width of its 95 % band."""
+    """Return times [s], unit step response (k,), and half-width of its band."""
     numerator, denominator = plant.coefficients(j)
     poles = np.roots(denominator)
     moving = poles[np.abs(poles) > 1e-9 * max(np.abs(poles).max(initial=0.0), 1e-300)]
@@ -118,7 +123,7 @@ def step_response(plant: FittedPlant, j: int) -> tuple[Array, Array, Array]:
 
 
 def bode_panels(fit: "PlantFit") -> list[Panel]:
-    """Return magnitude and phase of each pair of input and output with 95 % bands."""
+    """Return magnitude and phase of each pair with 95 % bands."""
     panels = []
     for plant, name in zip(fit.plants, fit.signals.outputs, strict=True):
         for j, source in enumerate(fit.signals.inputs):
@@ -132,7 +137,7 @@ def bode_panels(fit: "PlantFit") -> list[Panel]:
                 width = two_sided() * deviation
                 marks: list[Mark] = [
                     Band(name="95 % band", look=BAND, x=frequency, low=value - width, high=value + width),
-                    Line(name="model", look=MODELLED, x=frequency, y=value),
+                    Line(name="model", look=MODEL_LOOK, x=frequency, y=value),
                 ]
                 x = Axis("frequency [rad/s]", log=True)
                 panels.append(
@@ -142,7 +147,7 @@ def bode_panels(fit: "PlantFit") -> list[Panel]:
 
 
 def _frequencies(plant: FittedPlant, j: int) -> Array:
-    """Return frequencies [rad/s] around the corner of a plant, up to half the sampling rate."""
+    """Return frequencies [rad/s] around the corner frequency of a plant."""
     corner = SampledFilter(plant.coefficients(j)[1], 1.0).pace
     if plant.solution.structure.n_shape == 0:
         corner = 10.0 / plant.chosen.problem.span
@@ -165,7 +170,7 @@ def _joined(parts: Sequence[Array], shifted: bool = False) -> Array:
     """Return series one after the other with gaps between; shifted: as times that go on."""
     out, end = [], 0.0
     for part in parts:
-        every = max(1, len(part) // MAX_DRAWN)
+        every = max(1, len(part) // MAX_POINTS)
         out += [part[::every] + end, np.array([np.nan])]
         end += float(part[-1]) if shifted else 0.0
     return np.concatenate(out[:-1])

@@ -15,7 +15,10 @@ class RecordRow(DocumentPart):
 
 
 class PlantNumber(DocumentPart):
-    """A number of the transfer function from an input, with its 95 % interval; null ends: not identified."""
+    """A number of a transfer function with its 95 % interval.
+
+    Ends are null without an interval.
+    """
 
     input: str
     name: str
@@ -42,7 +45,7 @@ class RivalRow(DocumentPart):
 
 
 class TransferFunctionRow(DocumentPart):
-    """Coefficients of a transfer function from the highest power of s, and its dead time [s]."""
+    """Coefficients from the highest power of s, and dead time [s]."""
 
     input: str
     numerator: list[float]
@@ -51,7 +54,7 @@ class TransferFunctionRow(DocumentPart):
 
 
 class NoiseRow(DocumentPart):
-    """Noise of an output: white and coloured, rms in its unit, and the correlation time of the latter [s].
+    """Noise of an output, rms in its unit, and correlation time [s].
 
     prediction_error: rms of the errors of one-step prediction. correlated: share of their autocorrelations beyond the 95 % bound.
     order: number of coefficients of the noise model. outliers: number of samples that the fit leaves out.

@@ -1,4 +1,4 @@
-"""Parameters that minimise the prediction errors of plant and noise model together, and their covariance.
+"""Parameters that minimise the prediction errors, and their covariance.
 
 Numerators, offsets, drift and initial states enter linearly: for given shape parameters, dead times and noise model they follow
 from least squares (variable projection, Golub and Pereyra), so that a search has few dimensions. The dead time enters by its
@@ -21,7 +21,7 @@ RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
 DIFFERENCE = 1e-4
 """Step of differences in shape parameters, which are logarithms."""
-N_DEAD_TIMES, N_SLOW, N_POLISHED = 12, 6, 2
+N_DEAD_TIMES, N_SLOW, N_STARTS = 12, 6, 2
 MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
 FILLINGS = 2
 """Times that outliers are filled in again."""
@@ -69,7 +69,7 @@ class Problem:
         )
 
     def thinned(self, every: int) -> "Problem":
-        """Return the problem with every so-manieth sample, and mean inputs between them."""
+        """Return the problem of every n-th sample, n = every."""
         return replace(
             self,
             grids=tuple(grid.thinned(every) for grid in self.grids),
@@ -138,7 +138,7 @@ class Solution:
 
 
 class Projection:
-    """Linear parameters of a problem for given shape parameters, dead times and noise."""
+    """Linear parameters of a problem, given all others."""
 
     def __init__(self, problem: Problem, structure: Structure) -> None:
         self.problem, self.structure = problem, structure
@@ -189,7 +189,7 @@ class Projection:
 
 
 def simulated(projection: Projection, solution: Solution) -> list[Array]:
-    """Return the simulated outputs (samples,), with the offsets, drift and initial states that fit them best.
+    """Return simulated outputs (samples,) with the best offsets and initial states.
 
     Under noise that wanders, those of the prediction errors can be far from the record.
     """
@@ -274,7 +274,7 @@ class Search:
         return self.projection.solve(*parts(minimum.x))
 
     def from_grid(self, noise: Array, shapes: list[Array], dead_times: Array) -> Solution:
-        """Return the best solution that starts from shapes (n_shape,) and dead times [s], the same for all inputs."""
+        """Return the best solution from starting shapes (n_shape,) and dead times [s]."""
         problem, structure = self.projection.problem, self.projection.structure
         m = problem.n_inputs
         late = dead_times if structure.has_dead_time else np.zeros(1)
@@ -287,7 +287,7 @@ class Search:
         for start in starts:
             if all(self._differ(start, each) for each in best):
                 best.append(start)
-            if len(best) == N_POLISHED + (structure.zeros > 0):
+            if len(best) == N_STARTS + (structure.zeros > 0):
                 break
         polished = [self.polish(start, evaluations=FIRST_EVALUATIONS) for start in best]
         return min(polished, key=lambda each: each.cost)
@@ -323,7 +323,7 @@ def starts_of(structure: Structure, problem: Problem, earlier: Solution | None) 
 
 
 def covariance_of(projection: Projection, solution: Solution) -> tuple[Array, float]:
-    """Return the covariance of shapes, dead times, linear parameters and noise, and the variance of the prediction errors.
+    """Return the covariance of all parameters and the prediction error variance.
 
     The order is that of the names. The prediction errors are white, so it is their variance over the information matrix of all
     parameters together: in a closed loop those of plant and noise are correlated.

@@ -1,4 +1,4 @@
-"""Numbers of a fitted plant with 95 % intervals, and the covariance of its coefficients."""
+"""Numbers of a fitted plant with 95 % intervals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ LEVEL = 0.975
 PROFILE = (0.3, 0.6, 1.0, 1.5, 2.0, 2.6, 3.5)
 """Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
 SLOPE_STEP = 1e-5
-OVERDAMPED = float(np.log(1.5))
-"""Logarithm of the damping ratio from which a pair of poles is told by its time constants."""
+MIN_SPLIT_DAMPING = float(np.log(1.5))
+"""Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Number:
 
     @property
     def is_identified(self) -> bool:
-        """Whether the interval is narrower than the number itself, or than its own sign where that is what counts."""
+        """Whether the half-width of the interval is below the number."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high) and self.high - self.low < 2.0 * abs(self.value))
 
 
@@ -64,7 +64,7 @@ class FittedPlant:
     def degrees(self) -> float:
         """Degrees of freedom of the noise power at the plant's corner frequency (Satterthwaite).
 
-        A short record knows the power of its slow noise, on which the intervals depend, less well than the count of samples says.
+        The power of slow noise, on which intervals depend, has fewer degrees of freedom than there are samples.
         """
         solution, count = self.solution, max(len(self.solution.errors) - len(self.covariance), 1)
         p = len(solution.noise)
@@ -95,7 +95,7 @@ class FittedPlant:
         return parameters[:n].reshape(m, -1), dead_times, parameters[n + late :].reshape(m, -1)
 
     def deviations(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Return a function of the parameters at the estimate, and its covariance from its slopes."""
+        """Return a function of the parameters and its covariance."""
         middle = self.parameters
         steps = SLOPE_STEP * np.maximum(np.sqrt(np.diag(self.covariance)[: self.n_plant]), 1e-12)
         slopes = np.column_stack(
@@ -120,7 +120,7 @@ class FittedPlant:
         numbers += split
         for k, (name, unit) in enumerate(structure.names):
             pair = (k - structure.lags) // 2
-            if split and pair >= 0 and shape[structure.lags + 2 * pair + 1] > OVERDAMPED:
+            if split and pair >= 0 and shape[structure.lags + 2 * pair + 1] > MIN_SPLIT_DAMPING:
                 continue
             factor = float(np.exp(min(width * deviation[j * structure.n_shape + k], 50.0)))
             value = float(np.exp(shape[k]))
@@ -141,11 +141,11 @@ class FittedPlant:
         return numbers
 
     def _time_constants(self, j: int, width: float) -> list[Number]:
-        """Return the time constants of pairs that are far from oscillating, in place of frequency and damping."""
+        """Return the time constants of pairs of real poles."""
         structure, shape = self.solution.structure, self.solution.shape[j]
         numbers = []
         for i in range(structure.lags, structure.n_shape, 2):
-            if shape[i + 1] <= OVERDAMPED:
+            if shape[i + 1] <= MIN_SPLIT_DAMPING:
                 continue
             for k, sign in enumerate((1.0, -1.0), 1):
 
@@ -168,12 +168,12 @@ class FittedPlant:
         return profile_of(self, j, deviation)
 
     def coefficients(self, j: int, parameters: Array | None = None) -> tuple[Array, Array]:
-        """Return numerator and denominator of an input, from the highest power of s."""
+        """Return numerator and denominator, from the highest power of s."""
         shapes, _, numerators = self.parts(self.parameters if parameters is None else parameters)
         return numerators[j][::-1], self.solution.structure.denominator(shapes[j])
 
     def response(self, j: int, frequency: Array) -> tuple[Array, Array, Array]:
-        """Return logarithm of the magnitude and phase [rad] (2, k) of an input at frequencies [rad/s], and their deviations."""
+        """Return log magnitude, phase [rad] and their deviations (2, k)."""
 
         def log_response(parameters: Array) -> Array:
             numerator, denominator = self.coefficients(j, parameters)

@@ -21,7 +21,7 @@ MAX_OUTLIERS = 0.1
 
 
 def quantum_of(series: Array) -> float:
-    """Return the step of a quantised series, 0.0 of one that has none."""
+    """Return the step of a quantised series, otherwise 0."""
     values = np.unique(series)
     steps = np.diff(values)
     if len(steps) < 2 or len(values) > len(series) / 3:
@@ -32,7 +32,7 @@ def quantum_of(series: Array) -> float:
 
 
 def outliers_in(residual: Array, quantum: float) -> Array:
-    """Return the indices of samples that are far from the median of their neighbours."""
+    """Return the indices of samples far from the median around them."""
     rest = residual - median_filter(residual, WINDOW_LENGTH, mode="nearest")
     # A sample that is the median itself says nothing of the scale.
     moved = np.abs(rest[rest != 0.0])
@@ -53,7 +53,7 @@ def whiten(series: Array, noise: Array) -> Array:
 
 
 def fit_noise(residuals: list[Array], max_order: int = MAX_NOISE_ORDER) -> Array:
-    """Return the coefficients (p,) of an autoregressive model of residuals, its order by Akaike's criterion.
+    """Return coefficients (p,) of an autoregressive model, ordered by Akaike's criterion.
 
     That of Schwarz leaves out terms of low-frequency noise, and intervals of the plant become too narrow.
     """
@@ -78,7 +78,7 @@ def _lagged(series: Array, order: int, top: int) -> Array:
 
 
 def fill_outliers(series: Array, places: Array, noise: Array) -> Array:
-    """Return a residual whose outliers have the values that its noise model expects between their neighbours."""
+    """Return a residual whose outliers have their conditional expectation."""
     if len(places) == 0:
         return series
     n, p = len(series), len(noise)
@@ -99,7 +99,7 @@ def fill_outliers(series: Array, places: Array, noise: Array) -> Array:
 
 
 class NoiseParts(NamedTuple):
-    """White noise and a coloured one, rms in the unit of the output, and the correlation time of the latter [s]."""
+    """White noise and coloured noise, rms, and its correlation time [s]."""
 
     white: float
     coloured: float

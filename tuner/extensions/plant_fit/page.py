@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from tuner.extensions.plant_fit.charts import (
     INPUT,
-    MEASURED,
-    MODELLED,
+    MEASURED_LOOK,
+    MODEL_LOOK,
     bode_panels,
     data_panels,
     residual_panels,
@@ -35,7 +35,7 @@ AIDS = {
     "the fewest parameters among those within two standard errors, or two per cent, of the best.",
     "unknown": "Numbers with intervals wider than themselves, and an experiment that would identify them.",
 }
-LINES = (("measured", MEASURED), ("model", MODELLED), ("input", INPUT))
+LINES = (("measured", MEASURED_LOOK), ("model", MODEL_LOOK), ("input", INPUT))
 
 
 def fit_page(fit: "PlantFit") -> Page:
@@ -78,7 +78,7 @@ def _sections(
     return [
         Section("data", "Data and model", _charts("data", data, LINES)),
         Section("numbers", "The plant", join((aid(AIDS["numbers"]), *[_numbers(row) for row in document.outputs]))),
-        Section("unknown", "What the data do not show", join((aid(AIDS["unknown"]), listed)) if notes else Markup()),
+        Section("unknown", "Wide intervals", join((aid(AIDS["unknown"]), listed)) if notes else Markup()),
         Section("residuals", "Residuals", _charts("residuals", residuals)),
         Section("step", "Step response", _charts("step", steps)),
         Section("bode", "Frequency response", _charts("bode", bode)),

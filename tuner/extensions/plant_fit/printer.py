@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def print_plant_fit(fit: "PlantFit", console: Console) -> None:
-    """Print the plant of each output, its numbers with intervals, its rivals, and what the data do not show."""
+    """Print numbers, rivals, noise and notes of each output."""
     document = fit.document
     for row in document.records:
         console.print(

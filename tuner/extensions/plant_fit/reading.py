@@ -1,4 +1,4 @@
-"""Tables of measured inputs and outputs, checked before anything is fitted to them."""
+"""Tables of measured inputs and outputs, checked on reading."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ Realized = tuple[PlainTable, dict[str, float], Array, list[float]]
 
 
 def realized(plants: Sequence[FittedPlant], period: float) -> Realized:
-    """Return the numbers of [plant], values of its parameters, their covariance, and the delay of each input [s].
+    """Return the numbers of [plant], parameters, covariance and delays [s].
 
     Args:
         plants: Plant of each output.
@@ -45,7 +45,10 @@ def _transfer_function(plant: FittedPlant, period: float) -> Realized:
 
 
 def _state_space(plants: Sequence[FittedPlant], period: float) -> Realized:
-    """Return a block of states for each pair, and of a second-order Padé term for what its dead time exceeds its input's by."""
+    """Return a block of states for each pair.
+
+    A dead time beyond the input's becomes a second-order Padé term.
+    """
     m = len(plants[0].solution.shape)
     delays = [min(float(each.solution.dead_times[j]) for each in plants) for j in range(m)]
     pads = [[float(each.solution.dead_times[j]) - delays[j] for j in range(m)] for each in plants]
@@ -101,6 +104,6 @@ def _state_space(plants: Sequence[FittedPlant], period: float) -> Realized:
 
 
 def _pade(dead_time: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of the second-order Padé term of a dead time [s]."""
+    """Return the second-order Padé term of a dead time [s]."""
     square, first = dead_time**2 / 12.0, dead_time / 2.0
     return np.array([square, -first, 1.0]), np.array([square, first, 1.0])

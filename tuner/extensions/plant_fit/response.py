@@ -45,7 +45,7 @@ class Grid:
         return cls(period, np.column_stack(columns), time / period)
 
     def thinned(self, every: int) -> "Grid":
-        """Return the grid in cells that are so many times as long, for every so-manieth sample."""
+        """Return the grid of every n-th sample, n = every."""
         missing = -len(self.inputs) % every
         padded = np.concatenate([self.inputs, np.repeat(self.inputs[-1:], missing, axis=0)])
         means = padded.reshape(-1, every, self.inputs.shape[1]).mean(axis=1)
@@ -59,7 +59,7 @@ class Grid:
 
 
 def exponentials(matrices: Array) -> Array:
-    """Return the exponentials of small matrices (..., n, n), by Taylor's series of halved matrices and squaring.
+    """Return the exponentials of small matrices (..., n, n) by Taylor's series.
 
     That of SciPy takes 100 times as long for matrices of this size.
     """
@@ -98,7 +98,7 @@ class SampledFilter:
         self.poles = np.real(np.poly(np.linalg.eigvals(self.step)))
 
     def responses(self, inputs: Array, dead_time: float, n_responses: int) -> list[Array]:
-        """Return s^k / d(s) of an input (cells,) behind a dead time [s] for k up to n_responses."""
+        """Return s^k / d(s) of an input (cells,) behind a dead time [s]."""
         shift, rest = divmod(dead_time / self.period, 1.0)
         k = min(int(shift), len(inputs))
         delayed = np.concatenate([np.zeros(k), inputs[: len(inputs) - k]])
@@ -127,7 +127,7 @@ class SampledFilter:
 
 @dataclass(frozen=True)
 class Regressors:
-    """All that enters the output of an experiment linearly, for given shape parameters.
+    """Columns that enter an output linearly.
 
     Attributes:
         grids: Grid of each experiment.

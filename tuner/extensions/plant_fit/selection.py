@@ -1,4 +1,4 @@
-"""The structure of a plant: rivals are fitted without parts of the record and judged by the errors on those parts.
+"""The structure of a plant, chosen by errors on held-out blocks.
 
 The parts are blocks all over the record, so that a single step is in most of them. All rivals are judged under one noise model:
 one of its own would explain what a poor plant leaves over.
@@ -29,13 +29,17 @@ ROUNDS = 3
 SAMPLES_EACH = 8
 """Fewest samples for each parameter."""
 MAX_THINNING = 3
-"""Thinning from which a stretch at full rate is searched too, for plants that are fast beside it."""
-HOPELESS, REFIT_EVALUATIONS = 4.0, 10
-"""Sum of squared residuals over the best's from which a structure is not refined; steps of a refinement."""
+"""Thinning from which a stretch at full rate is searched too, for fast plants."""
+HOPELESS_RATIO = 4.0
+"""Sum of squared residuals over the best's from which a structure is not refined."""
+REFIT_EVALUATIONS = 10
+"""Steps of a refinement."""
 MAX_LOSS = 0.05
 """Fit that plant and noise together may lose against the plant under the rivals' noise model."""
-MIN_ADVANTAGE, MIN_GAIN = 2.0, 0.02
-"""Standard errors, and share of the mean square, by which a richer structure has to be better."""
+MIN_ADVANTAGE = 2.0
+"""Standard errors by which a richer structure has to be better."""
+MIN_GAIN = 0.02
+"""Share of the mean square by which it has to be better."""
 START_P = 12.0
 """Gain in the logarithm of the likelihood from which an initial state is estimated; 1 in 100,000 records at rest reaches it."""
 
@@ -64,7 +68,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Chosen:
-    """The chosen structure, fitted together with the noise, and its rivals in the order of their parameters."""
+    """The chosen structure, fitted together with the noise, and its rivals."""
 
     problem: Problem
     solution: Solution
@@ -77,7 +81,7 @@ class Chosen:
 
 
 def choose(problem: Problem, structures: list[Structure]) -> Chosen:
-    """Return the structure that predicts held-out blocks as well as any and has the fewest parameters."""
+    """Return the simplest structure that predicts held-out blocks well."""
     structures = [each for each in structures if each.n_free * SAMPLES_EACH <= problem.n_samples] or structures[:1]
     first = list(_first_fits(problem, structures).values())
     best = min(first, key=lambda each: each.cost)
@@ -87,7 +91,7 @@ def choose(problem: Problem, structures: list[Structure]) -> Chosen:
     best = _refit(problem, best, fit_noise(list(best.residuals)))
     problem, best = _with_start(problem, best)
     noise = fit_noise(list(best.residuals))
-    limit = HOPELESS * min(each.cost for each in first)
+    limit = HOPELESS_RATIO * min(each.cost for each in first)
     rivals = _judged(problem, [_refit(problem, each, noise, each.cost > limit) for each in first])
     start = _simplest(rivals).solution
     together = fit_together(problem, start)
@@ -107,7 +111,7 @@ def fit_together(problem: Problem, start: Solution) -> Solution:
 
 
 def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solution]:
-    """Return fits without a noise model by the name of the structure, from thinned-out records on."""
+    """Return fits without a noise model by the name of the structure."""
     every = ceil(max(len(each) for each in problem.outputs) / REDUCED)
     coarse = problem.thinned(every)
     fits: dict[str, Solution] = {}
@@ -123,7 +127,7 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
 
 
 def _window(problem: Problem) -> Problem:
-    """Return the stretch of each record, at full rate, in which the inputs move most."""
+    """Return the stretch of each record in which the inputs move most."""
     grids, outputs = [], []
     for grid, output in zip(problem.grids, problem.outputs, strict=True):
         n = len(output)
@@ -173,7 +177,7 @@ def _refit(problem: Problem, start: Solution, noise: Array, is_hopeless: bool = 
 
 
 def _with_start(problem: Problem, best: Solution) -> tuple[Problem, Solution]:
-    """Return problem and fit with initial states where the records did not begin at rest, else as they are."""
+    """Return problem and fit, with initial states if the records need them."""
     free = replace(problem, has_start=(True,) * len(problem.outputs))
     moved = _refit(free, best, best.noise)
     n = len(best.errors)
@@ -187,7 +191,7 @@ def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
     folds = _folds(problem)
     noise = solutions[0].noise
     squares, measured = [], []
-    limit = HOPELESS * min(each.cost for each in solutions)
+    limit = HOPELESS_RATIO * min(each.cost for each in solutions)
     for solution in solutions:
         steps = 0 if solution.cost > limit else FOLD_EVALUATIONS
         errors, residuals = zip(*(_held_out(problem, solution, fold, noise, steps) for fold in folds), strict=True)
@@ -207,7 +211,7 @@ def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
 
 
 def _folds(problem: Problem) -> list[list[Array]]:
-    """Return for each fold the samples of each experiment (samples,) that it holds out."""
+    """Return a mask of held-out samples (samples,) by fold and experiment."""
     folds = []
     for fold in range(N_FOLDS):
         held = []
@@ -220,7 +224,7 @@ def _folds(problem: Problem) -> list[list[Array]]:
 
 
 def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array, steps: int) -> tuple[Array, Array]:
-    """Return mean squares of the prediction errors of held-out blocks (blocks,), and the residuals there."""
+    """Return mean squared errors of held-out blocks (blocks,), and the residuals there."""
     counted = replace(problem, rows=tuple(~each for each in held))
     projection = Projection(counted, start.structure)
     solution = projection.solve(start.shape, start.dead_times, noise)
@@ -242,7 +246,7 @@ def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array
 
 
 def _simplest(rivals: list[Rival]) -> Rival:
-    """Return the rival with the fewest parameters that is within standard errors of the best."""
+    """Return the simplest rival within standard errors of the best."""
     able = [each for each in rivals if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)]
     return min(able, key=lambda each: (each.structure.n_free, each.score))
 

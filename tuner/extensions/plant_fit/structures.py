@@ -54,7 +54,7 @@ class Structure:
         return self.n_shape + self.zeros + 1 + self.has_dead_time
 
     def denominator(self, shape: Array) -> Array:
-        """Return the coefficients (order + 1,) of d(s) for shape parameters, from the highest power of s."""
+        """Return the coefficients (order + 1,) of d(s), highest power of s first."""
         values = np.exp(shape)
         coefficients = np.array([1.0] + [0.0] * self.integrators)
         for time_constant in values[: self.lags]:

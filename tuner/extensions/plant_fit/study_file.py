@@ -30,7 +30,7 @@ SPAN = 8.0
 
 @dataclass(frozen=True)
 class Signals:
-    """Names, units, and what the data say of them.
+    """Names, units, ranges and noise of inputs and outputs.
 
     Attributes:
         inputs: Names of the inputs.
@@ -124,7 +124,7 @@ def plant_table(
 
 
 def joint_spread(names: Sequence[str], values: Array, covariance: Array) -> list[dict[str, float]]:
-    """Return half-widths by parameter, a table for each independent direction, with the covariance of the parameters."""
+    """Return tables of half-widths with the covariance of the parameters."""
     used = [int(i) for i in np.flatnonzero(values)]
     relative = covariance[np.ix_(used, used)] / np.outer(values[used], values[used])
     variances, directions = np.linalg.eigh(0.5 * (relative + relative.T))
@@ -147,7 +147,7 @@ def joint_spread(names: Sequence[str], values: Array, covariance: Array) -> list
 
 
 def _loops(plants: Sequence[FittedPlant], signals: Signals) -> list[Loop]:
-    """Return a loop for each output that an input of its own can move, the strongest pairs first."""
+    """Return loops of the strongest pairs of input and output."""
     ranges = np.ptp(signals.ranges, axis=1)
     rows = [np.abs(each.solution.numerators[:, 0]) * ranges for each in plants]
     strength = np.array(rows) / np.maximum(signals.moved, 1e-300)[:, None]
