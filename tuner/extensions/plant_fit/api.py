@@ -16,8 +16,8 @@ from tuner.extensions.plant_fit.noise import noise_parts
 from tuner.extensions.plant_fit.page import fit_page
 from tuner.extensions.plant_fit.reading import Columns, Experiment, make_experiment, read_experiment
 from tuner.extensions.plant_fit.result import PlantFit
-from tuner.extensions.plant_fit.selection import choose, usual_structures
-from tuner.extensions.plant_fit.structures import STRUCTURES
+from tuner.extensions.plant_fit.selection import choose
+from tuner.extensions.plant_fit.structures import STRUCTURES, Structure
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.report.page import put_page
 from tuner.store.document import taken
@@ -61,7 +61,7 @@ def fit(
         drift: Whether a straight drift of the outputs is estimated.
         units: Unit by the name of a column.
         out: Study (TOML) to write, with plant, spread and noise; it must not be there yet.
-        law: Law of the study's loops: pi, pid, ladrc or adrc.
+        law: Law of the study's loops: pi, pid or ladrc.
         report: Page (HTML) to write; it must not be there yet.
 
     Returns:
@@ -106,12 +106,12 @@ def _numbers(given: float | Sequence[float] | None) -> tuple[float, ...]:
     return (float(given),) if isinstance(given, int | float) else tuple(float(each) for each in given)
 
 
-def _structures(given: str | Sequence[str]) -> list:
+def _structures(given: str | Sequence[str]) -> list[Structure]:
     names = [name for name in _names(given) if name] if given else []
     for name in names:
         check_name("structure", name, STRUCTURES, key="structure")
     # Each starts from the simpler ones before it.
-    return [each for name, each in STRUCTURES.items() if name in names] if names else usual_structures()
+    return [each for name, each in STRUCTURES.items() if name in names or not names]
 
 
 def _check_targets(out: Path | None, report: Path | None) -> None:

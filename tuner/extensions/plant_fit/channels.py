@@ -9,7 +9,7 @@ from plant.texts import PlainTable
 from tuner.extensions.plant_fit.intervals import FittedPlant
 
 Gains = dict[str, float]
-LAWS: Mapping[str, str] = {"pi": "pid", "pid": "pid", "ladrc": "ladrc", "adrc": "adrc"}
+LAWS: Mapping[str, str] = {"pi": "pid", "pid": "pid", "ladrc": "ladrc"}
 """Law on the command line -> law of a channel."""
 RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
@@ -71,7 +71,7 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
             table["b0"] = b0
         table["lost_beyond"] = float(f"{LIMIT_STEPS * loop.step:.2g}")
         channels.append(table)
-        searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, law, period)
+        searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, period)
         for name, value in searched.items():
             low, high = (float(f"{value * end:.3g}") for end in RANGE)
             if name == "omega_o":
@@ -117,14 +117,9 @@ def _high_frequency_gain(loop: Loop) -> float:
     return loop.gain / max(second + first * late, 1e-12)
 
 
-def _observer(loop: Loop, law: str, period: float) -> tuple[Gains, Gains]:
+def _observer(loop: Loop, period: float) -> tuple[Gains, Gains]:
     """Return gains of a disturbance observer whose bandwidth the dead time allows (Gao, 2003)."""
     first, _, late = loop.times
     # An observer three times as fast has to be slow beside the control period.
     bandwidth = min(0.4 / (max(late, period) + 0.05 * first), 0.2 * MAX_BANDWIDTH / period)
-    gains = {"omega_c": bandwidth, "zeta": 1.0, "omega_o": 3.0 * bandwidth}
-    if law == "ladrc":
-        return {key: gains[key] for key in ("omega_c", "omega_o")}, {"zeta": 1.0}
-    step = loop.step
-    zones = {"delta_1": step, "delta_2": step * bandwidth, "delta_0": 0.5 * step, "r_0": 10.0 * step * bandwidth**2}
-    return {key: gains[key] for key in ("omega_c", "omega_o")}, {"zeta": 1.0, **zones}
+    return {"omega_c": bandwidth, "omega_o": 3.0 * bandwidth}, {"zeta": 1.0}

@@ -56,8 +56,11 @@ class TransferFunctionRow(DocumentPart):
 class NoiseRow(DocumentPart):
     """Noise of an output, rms in its unit, and correlation time [s].
 
-    prediction_error: rms of the errors of one-step prediction. correlated: share of their autocorrelations beyond the 95 % bound.
-    order: number of coefficients of the noise model. outliers: number of samples that the fit leaves out.
+    Attributes:
+        prediction_error: Rms of the errors of one-step prediction.
+        correlated: Share of their autocorrelations beyond the 95 % bound.
+        order: Number of coefficients of the noise model.
+        outliers: Number of samples that the fit leaves out.
     """
 
     white: float

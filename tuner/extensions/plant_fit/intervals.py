@@ -13,6 +13,8 @@ from tuner.extensions.plant_fit.selection import Chosen
 
 Array = np.ndarray
 LEVEL = 0.975
+TWO_SIDED = float(norm.ppf(LEVEL))
+"""Quantile of a normal interval."""
 PROFILE = (0.3, 0.6, 1.0, 1.5, 2.0, 2.6, 3.5)
 """Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
 SLOPE_STEP = 1e-5
@@ -261,8 +263,3 @@ class FixedDeadTimes(Projection):
     def solve(self, shape: Array, dead_times: Array, noise: Array) -> Solution:
         """Return the solution under the fixed dead times."""
         return super().solve(shape, self._dead_times, noise)
-
-
-def two_sided(level: float = LEVEL) -> float:
-    """Return the quantile of a normal interval."""
-    return float(norm.ppf(level))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, unit_text
-from tuner.extensions.plant_fit.document import OutputRow, PlantNumber, TransferFunctionRow
+from tuner.extensions.plant_fit.document import OutputRow, PlantNumber, RivalRow, TransferFunctionRow
 from tuner.text.numbers import estimate, per_cent, significant
 
 if TYPE_CHECKING:
@@ -56,11 +56,8 @@ def _rivals(row: OutputRow) -> TerminalTable:
     return table
 
 
-def rival_cells(rival: "object") -> list[str]:
+def rival_cells(rival: RivalRow) -> list[str]:
     """Return the texts of a structure's row."""
-    from tuner.extensions.plant_fit.document import RivalRow
-
-    assert isinstance(rival, RivalRow)
     mark = " (chosen)" if rival.chosen else ""
     ratio = "1" if rival.ratio == 1.0 else f"{significant(rival.ratio, 3)} +- {significant(2.0 * rival.error, 1)}"
     shares = [per_cent(share) if share > 0.0 else "none" for share in (rival.fit, rival.held_out)]

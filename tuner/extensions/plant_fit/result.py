@@ -48,7 +48,7 @@ class PlantFit(Documented):
         """Return a study of the plant as TOML.
 
         Args:
-            law: Law of its loops: pi, pid, ladrc or adrc.
+            law: Law of its loops: pi, pid or ladrc.
             title: Title of the study.
         """
         named = title or f"{', '.join(self.signals.outputs)} by {', '.join(self.signals.inputs)}"

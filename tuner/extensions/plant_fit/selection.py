@@ -20,7 +20,7 @@ from tuner.extensions.plant_fit.estimate import (
     usual_dead_times,
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
-from tuner.extensions.plant_fit.structures import FIRST, STRUCTURES, Structure
+from tuner.extensions.plant_fit.structures import FIRST, Structure
 
 Array = np.ndarray
 N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 3
@@ -249,8 +249,3 @@ def _simplest(rivals: list[Rival]) -> Rival:
     """Return the simplest rival within standard errors of the best."""
     able = [each for each in rivals if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)]
     return min(able, key=lambda each: (each.structure.n_free, each.score))
-
-
-def usual_structures() -> list[Structure]:
-    """Return the structures that compete unless others are named."""
-    return list(STRUCTURES.values())

@@ -183,7 +183,7 @@ def test_a_joint_spread_has_the_covariance_that_it_is_made_of():
     assert drawn == pytest.approx(relative, abs=3e-5)
 
 
-@pytest.mark.parametrize("law", ["pi", "pid", "ladrc", "adrc"])
+@pytest.mark.parametrize("law", ["pi", "pid", "ladrc"])
 def test_the_study_of_a_fit_is_stable_and_has_the_plant(tmp_path, law):
     inputs, outputs = record()
     file = table(tmp_path / "heater.csv", [np.arange(400.0), inputs, outputs])
