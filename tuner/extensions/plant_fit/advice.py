@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tuner.extensions.plant_fit.estimate import Projection, jacobian_of
-from tuner.extensions.plant_fit.intervals import TWO_SIDED, FittedPlant, Number
+from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant, Number
 from tuner.extensions.plant_fit.response import Grid
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.text.numbers import significant
@@ -129,7 +129,7 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     size[size == 0.0] = 1.0
     scaled = used / size
     covariance = plant.variance * np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(size, size)
-    deviation = TWO_SIDED * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    deviation = NORMAL_QUANTILE * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     m, k = solution.shape.shape
     late = m if solution.structure.has_dead_time else 0
     widths = list(deviation[: m * k])

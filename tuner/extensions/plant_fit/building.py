@@ -15,7 +15,7 @@ from tuner.extensions.plant_fit.document import (
     TransferFunctionRow,
 )
 from tuner.extensions.plant_fit.estimate import Projection, share
-from tuner.extensions.plant_fit.intervals import TWO_SIDED, FittedPlant, Number
+from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant, Number
 from tuner.extensions.plant_fit.reading import Experiment
 from tuner.extensions.plant_fit.study_file import Signals
 
@@ -127,7 +127,7 @@ def autocorrelation(errors: Array, max_lag: int = MAX_LAG) -> tuple[Array, float
     top = min(max_lag, len(errors) // 4)
     power = float(centred @ centred)
     values = np.array([float(centred[k:] @ centred[:-k]) / power for k in range(1, top + 1)])
-    return values, TWO_SIDED / float(np.sqrt(len(errors)))
+    return values, NORMAL_QUANTILE / float(np.sqrt(len(errors)))
 
 
 def correlated_share(plant: FittedPlant) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from tuner.extensions.plant_fit.building import autocorrelation
 from tuner.extensions.plant_fit.estimate import simulated
-from tuner.extensions.plant_fit.intervals import TWO_SIDED, FittedPlant
+from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant
 from tuner.extensions.plant_fit.response import SampledFilter
 from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
 from tuner.report.charts.look import BOUND, Look
@@ -119,7 +119,7 @@ def step_response(plant: FittedPlant, j: int) -> tuple[Array, Array, Array]:
 
     value, covariance = plant.deviations(response)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return period * np.arange(N_POINTS), value, TWO_SIDED * spread
+    return period * np.arange(N_POINTS), value, NORMAL_QUANTILE * spread
 
 
 def bode_panels(fit: "PlantFit") -> list[Panel]:
@@ -134,7 +134,7 @@ def bode_panels(fit: "PlantFit") -> list[Panel]:
                 ("phase", "degrees", np.degrees(angle), np.degrees(spread[1])),
             )
             for kind, unit, value, deviation in parts:
-                width = TWO_SIDED * deviation
+                width = NORMAL_QUANTILE * deviation
                 marks: list[Mark] = [
                     Band(name="95 % band", look=BAND, x=frequency, low=value - width, high=value + width),
                     Line(name="model", look=MODEL_LOOK, x=frequency, y=value),

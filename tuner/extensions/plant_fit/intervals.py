@@ -13,7 +13,7 @@ from tuner.extensions.plant_fit.selection import Chosen
 
 Array = np.ndarray
 LEVEL = 0.975
-TWO_SIDED = float(norm.ppf(LEVEL))
+NORMAL_QUANTILE = float(norm.ppf(LEVEL))
 """Quantile of a normal interval."""
 PROFILE = (0.3, 0.6, 1.0, 1.5, 2.0, 2.6, 3.5)
 """Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
