@@ -121,5 +121,5 @@ def _observer(loop: Loop, period: float) -> tuple[Gains, Gains]:
     """Return gains of a disturbance observer whose bandwidth the dead time allows (Gao, 2003)."""
     first, _, late = loop.times
     # An observer three times as fast has to be slow beside the control period.
-    bandwidth = min(0.4 / (max(late, period) + 0.05 * first), 0.2 * MAX_BANDWIDTH / period)
+    bandwidth = min(0.2 / (max(late, period) + 0.05 * first), 0.2 * MAX_BANDWIDTH / period)
     return {"omega_c": bandwidth, "omega_o": 3.0 * bandwidth}, {"zeta": 1.0}
