@@ -26,10 +26,12 @@ HEATER = ([1.8], [120.0, 23.0, 1.0])
 
 def sampled(system, inputs, period, dead_time=0.0):
     """Output at the samples of a system whose inputs are held, by SciPy on a grid of 20 parts a sample."""
-    numerator, denominator, _ = cont2discrete(system, period / PARTS)
+    numerator, denominator = (
+        np.asarray(each, float).ravel() for each in list(cont2discrete(system, period / PARTS))[:2]
+    )
     late = round(dead_time / (period / PARTS))
     held = np.concatenate([np.zeros(late), np.repeat(inputs, PARTS)])[: len(inputs) * PARTS]
-    return lfilter(numerator.ravel(), denominator, held)[::PARTS]
+    return lfilter(numerator, denominator, held)[::PARTS]
 
 
 def steps(n, hold, seed=1):
