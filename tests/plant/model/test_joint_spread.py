@@ -1,5 +1,7 @@
 """Parameters that vary together: their correlation, and what is refused."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,8 @@ def study(**scenario):
 
 def test_one_uniform_number_moves_all_parameters_of_a_table():
     made = study(joint_spread=[{"b0": 0.1, "a1": -0.3}])
-    system, spec = made.system, made.scenarios[0].spec
+    system: Any = made.system
+    spec = made.scenarios[0].spec
     inputs = draw_plant_scenarios(
         spec, system.loop, system.parameters, system.timing, source_of(1, "search"), range(64)
     )

@@ -1,5 +1,7 @@
 """Plants sampled by SciPy are found again, hostile tables are refused in a line, and the study of a fit is one."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.signal
@@ -26,9 +28,8 @@ HEATER = ([1.8], [120.0, 23.0, 1.0])
 
 def sampled(system, inputs, period, dead_time=0.0):
     """Output at the samples of a system whose inputs are held, by SciPy on a grid of 20 parts a sample."""
-    numerator, denominator = (
-        np.asarray(each, float).ravel() for each in list(cont2discrete(system, period / PARTS))[:2]
-    )
+    discrete: Any = cont2discrete(system, period / PARTS)
+    numerator, denominator = discrete[0].ravel(), discrete[1]
     late = round(dead_time / (period / PARTS))
     held = np.concatenate([np.zeros(late), np.repeat(inputs, PARTS)])[: len(inputs) * PARTS]
     return lfilter(numerator, denominator, held)[::PARTS]
