@@ -374,7 +374,8 @@ class PlantSystem:
     def names_of_draws(self, spec: PlantScenario) -> dict[str, tuple[str, ...]]:
         """Return the names of the parameters and of the sensors' biases."""
         biases = {f"sensor/{name}": ("bias",) for name in spec.sensors}
-        return {"plant": tuple(paths(self.plant.Parameters)), **biases}
+        joint = [f"joint {i + 1}" for i in range(len(spec.joint_spread))]
+        return {"plant": (*paths(self.plant.Parameters), *joint), **biases}
 
     def targets(self, spec: PlantScenario) -> Any:
         """Return the targets of the flights of a scenario."""
@@ -392,6 +393,7 @@ class PlantSystem:
         rest = [
             sorted((name, repr(each)) for name, each in part.items()) for part in (spec.sensors, spec.spread, spec.band)
         ]
+        rest += [sorted((name, repr(each)) for name, each in part.items()) for part in spec.joint_spread]
         return {
             "plant": identity(self.loop),
             "numbers": [[value if isfinite(value) else repr(value) for value in part] for part in numbers],

@@ -26,7 +26,7 @@ Names = Mapping[str, str]
 BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
         "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
-        "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost",
+        "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost", "fit": "plant_fit",
         "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "tail": "tails",
         "tell": "trials", "theory": "theory",
     },
@@ -38,8 +38,8 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     "documents": {
         "airframe-estimate": "parts_list", "approach": "first_flights", "autotune": "autotune", "confirmation": "first_flights",
         "contest": "contests", "contest-plan": "contests", "flight-plan": "flight_plans", "identification": "identification",
-        "log-check": "identification", "log-comparison": "log_comparison", "read-back": "judge", "sensitivity": "sensitivity",
-        "tail": "tails",
+        "log-check": "identification", "log-comparison": "log_comparison", "plant-fit": "plant_fit",
+        "read-back": "judge", "sensitivity": "sensitivity", "tail": "tails",
     },
     "targets": {
         "ardupilot": "ardupilot", "betaflight": "betaflight", "betaflight-adrc": "betaflight", "crazyflie": "crazyflie",

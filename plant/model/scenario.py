@@ -3,7 +3,7 @@
 Scenario i of a stream is a pure function of (root seed, stream, scenario name, i). Every candidate meets the same scenarios.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
@@ -44,7 +44,8 @@ class PlantScenario:
 
     name: unique in a study, part of the random streams. duration [s]. references: signal of every outer channel, counted from its
     output at rest (of an FMU, which does not tell it, from 0), 0 where none is given. disturbances: signal of each field of
-    Disturbance. sensors: of each output. spread: half-width of the uniform factor on each parameter, 0.2 for +-20 %. settling:
+    Disturbance. sensors: of each output. spread: half-width of the uniform factor on each parameter, 0.2 for +-20 %.
+    joint_spread: half-widths of parameters that one uniform number moves together. settling:
     band of the settling time as a share of the step; band: of channels without a step, in the unit of each, by default a
     hundredth of its limit. recovery_from: when the disturbance is over [s]. steady_share: share of the flight, at its end,
     that the steady-state error looks at.
@@ -60,6 +61,7 @@ class PlantScenario:
     band: Mapping[str, float] = field(default_factory=dict)
     recovery_from: float = 0.0
     steady_share: float = 0.2
+    joint_spread: Sequence[Mapping[str, float]] = ()
 
     def __post_init__(self) -> None:
         if not (isfinite(self.duration) and self.duration > 0.0):
@@ -76,6 +78,13 @@ class PlantScenario:
         for name, width in self.spread.items():
             if not (isfinite(width) and 0.0 <= width <= MAX_SPREAD):
                 raise InputError(f"given {width}; allowed: 0 to {MAX_SPREAD}", key=f"spread.{name}")
+        for name in {name for widths in self.joint_spread for name in widths}:
+            width = self.spread.get(name, 0.0) + sum(abs(widths.get(name, 0.0)) for widths in self.joint_spread)
+            if not width <= MAX_SPREAD:
+                raise InputError(
+                    f"{name} varies by {width:g} in all; allowed: up to {MAX_SPREAD} with its spread",
+                    key="joint_spread",
+                )
         for name, signal in self.references.items():
             if signal.random:
                 raise InputError(f"given '{signal.kind}'; a reference must not be random", key=f"reference.{name}")
@@ -96,6 +105,7 @@ class PlantScenario:
             ("disturbance", self.disturbances, paths(plant.Disturbance)),
             ("sensors", self.sensors, paths(plant.Output)),
             ("spread", self.spread, paths(plant.Parameters)),
+            *[("joint_spread", widths, paths(plant.Parameters)) for widths in self.joint_spread],
             ("band", self.band, plan.judged),
         ):
             for name in given:
@@ -170,6 +180,8 @@ def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.rando
     kind = loop.plant.Parameters
     width = np.array([spec.spread.get(name, 0.0) for name in paths(kind)])
     factors = 1.0 + width * draw.uniform(-1.0, 1.0, len(width))
+    for widths in spec.joint_spread:
+        factors += draw.uniform(-1.0, 1.0) * np.array([widths.get(name, 0.0) for name in paths(kind)])
     flown = pack(kind, (factors * np.array(flatten(parameters), dtype=float)).tolist())
     dynamics, body = resting(loop, flown)
     return np.array(flatten(dynamics), dtype=float), np.array(flatten(body), dtype=float)

@@ -146,6 +146,8 @@ class PlantScenarioTable(StrictTable):
     """Errors of each output; by default none."""
     spread: dict[str, float] = Field(default={})
     """Half-width of the uniform factor on each parameter, 0.2 for +-20 %."""
+    joint_spread: Annotated[list[dict[str, float]], Field(max_length=64)] = Field(default=[])
+    """Half-widths of parameters that vary together; one uniform number moves all of a table."""
     settling: float = 0.02
     """Band of the settling time, as a share of the step."""
     band: dict[str, float] = Field(default={})
@@ -154,6 +156,11 @@ class PlantScenarioTable(StrictTable):
     """Time from which recovery is counted [s]."""
     steady_share: float = 0.2
     """Share of the flight, at its end, that the steady-state error looks at."""
+
+    @model_serializer(mode="wrap")
+    def _without_joint_spread(self, handler: Any) -> dict[str, Any]:
+        """Leave out a joint spread that is not given: other studies keep the digests that they had."""
+        return {key: value for key, value in handler(self).items() if key != "joint_spread" or value}
 
 
 NumberOrTable = Annotated[

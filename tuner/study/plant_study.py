@@ -375,6 +375,7 @@ def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
         table.band,
         table.recovery_from,
         table.steady_share,
+        table.joint_spread,
     )
     spec.check(system.loop)
     spec.check_jumps(system.loop, system.timing)

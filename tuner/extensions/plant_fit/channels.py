@@ -1,0 +1,125 @@
+"""Loops that a study of a fitted plant begins with: gains by Skogestad's rule, and ranges around them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant.texts import PlainTable
+from tuner.extensions.plant_fit.intervals import FittedPlant
+
+Gains = dict[str, float]
+LAWS: Mapping[str, str] = {"pi": "pid", "pid": "pid", "ladrc": "ladrc"}
+"""Law on the command line -> law of a channel."""
+RANGE = (1.0 / 30.0, 10.0)
+"""Ends of a gain's range over its default."""
+MAX_BANDWIDTH = 0.28
+"""Largest bandwidth of an observer times the control period."""
+LIMIT_STEPS = 20.0
+"""Error, in steps of the reference, from which a flight has failed."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A channel: an output, the input that moves it, and the range of the output in the data."""
+
+    plant: FittedPlant
+    j: int
+    output: str
+    input: str
+    moved: float
+
+    @property
+    def step(self) -> float:
+        """Step of the reference: a quarter of what the data show, in two digits."""
+        return float(f"{0.25 * self.moved:.2g}")
+
+    @property
+    def gain(self) -> float:
+        """Gain of the plant."""
+        return float(self.plant.solution.numerators[self.j, 0])
+
+    @property
+    def times(self) -> tuple[float, float, float]:
+        """First and second coefficient of s, and effective dead time [s].
+
+        Further poles, zeros in the right half-plane and half a sampling interval count as dead time.
+        """
+        solution = self.plant.solution
+        structure = solution.structure
+        rising = solution.denominators[self.j][::-1][structure.integrators :]
+        first = float(rising[1]) if len(rising) > 1 else 0.0
+        second = float(rising[2]) if len(rising) > 2 else 0.0
+        late = float(solution.dead_times[self.j]) + 0.5 * self.plant.chosen.problem.period
+        for zero in np.roots(solution.numerators[self.j][::-1]):
+            if zero.real > 0.0:
+                late += 1.0 / float(abs(zero))
+        if len(rising) > 3:
+            late += float(rising[-1] / rising[-2])
+        return first, second, late
+
+
+def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list[PlainTable], PlainTable]:
+    """Return [[channel]] and [gains] of loops under a law."""
+    channels: list[PlainTable] = []
+    gains: PlainTable = {}
+    for loop in loops:
+        is_pid = LAWS[law] == "pid"
+        b0 = float(np.sign(loop.gain)) if is_pid else float(f"{_high_frequency_gain(loop):.3g}")
+        table: PlainTable = {"name": loop.output, "law": LAWS[law], "output": loop.output, "to": loop.input}
+        if b0 != 1.0:
+            table["b0"] = b0
+        table["lost_beyond"] = float(f"{LIMIT_STEPS * loop.step:.2g}")
+        channels.append(table)
+        searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, period)
+        for name, value in searched.items():
+            low, high = (float(f"{value * end:.3g}") for end in RANGE)
+            if name == "omega_o":
+                high = min(high, float(f"{MAX_BANDWIDTH / period:.2g}"))
+            gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": float(f"{value:.3g}")}
+        gains |= {f"{loop.output}.{name}": float(f"{value:.3g}") for name, value in fixed.items()}
+    return channels, gains
+
+
+def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:
+    """Return searched and fixed gains by Skogestad's rule.
+
+    S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control 13, 2003.
+    """
+    first, second, late = loop.times
+    size = abs(loop.gain)
+    # A closed loop at four times the dead time leaves room for what the data do not show.
+    speed = 4.0 * max(late, period)
+    if loop.plant.solution.structure.integrators:
+        kp, reset = 1.0 / (size * speed), 4.0 * speed
+        derivative = max(first, 0.25 * late)
+    else:
+        speed = max(speed, 0.1 * first)
+        # An oscillating plant is led by the integral, whose reset time is that of its first coefficient.
+        reset = min(max(first, 0.2 * speed), 4.0 * speed)
+        kp = max(first, 0.2 * speed) / (size * speed)
+        derivative = second / max(first, 0.2 * speed) if second else 0.25 * late
+    searched = {"kp": kp, "ki": kp / reset}
+    filtered = max(0.1 * derivative, 2.0 * period)
+    if is_pi:
+        return searched, {"kd": 0.0, "t_f": filtered}
+    return searched | {"kd": kp * derivative}, {"t_f": filtered}
+
+
+def _high_frequency_gain(loop: Loop) -> float:
+    """Return the gain from command to second derivative.
+
+    A dead time counts as a lag.
+    """
+    first, second, late = loop.times
+    if loop.plant.solution.structure.integrators:
+        return loop.gain / max(first + late, 1e-12)
+    return loop.gain / max(second + first * late, 1e-12)
+
+
+def _observer(loop: Loop, period: float) -> tuple[Gains, Gains]:
+    """Return gains of a disturbance observer whose bandwidth the dead time allows (Gao, 2003)."""
+    first, _, late = loop.times
+    # An observer three times as fast has to be slow beside the control period.
+    bandwidth = min(0.2 / (max(late, period) + 0.05 * first), 0.2 * MAX_BANDWIDTH / period)
+    return {"omega_c": bandwidth, "omega_o": 3.0 * bandwidth}, {"zeta": 1.0}
