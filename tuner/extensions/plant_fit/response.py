@@ -162,6 +162,8 @@ class Regressors:
             columns += sampled.responses(grid.inputs[:, j], dead_times[j], n_numerator)
             if self.has_start[i]:
                 free += sampled.free_responses(len(grid.inputs))
+                # What entered the dead time before the record is taken for constant.
+                free += sampled.responses(np.ones(len(grid.inputs)), dead_times[j], 1)
         n = self.n_samples[i]
         time = np.linspace(-1.0, 1.0, n) if grid.place is None else 2.0 * grid.place / grid.place[-1] - 1.0
         offsets = [np.ones(n), *([time] if self.has_trend else [])]
