@@ -18,8 +18,6 @@ MAX_CELLS = 20_000
 """Most samples of a planned experiment."""
 ROUNDS = 8
 SEED = 1
-CELLS_IN_A_STEP = 30
-"""Fewest samples in the response of the plant."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +76,7 @@ def _response_time(plant: FittedPlant) -> float:
 
 def _plan(plant: FittedPlant, kind: str) -> Plan | None:
     """Return the shortest experiment of a kind that suffices, or None."""
-    period = max(plant.chosen.problem.period, 0.0)
-    slow = _response_time(plant)
+    period, slow = plant.chosen.problem.period, _response_time(plant)
     hold = 3.0 * slow if kind == "steps" else 0.5 * slow
     cells = max(round(hold / period), 1)
     for doubling in range(1, ROUNDS):

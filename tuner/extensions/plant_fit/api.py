@@ -14,7 +14,7 @@ from tuner.extensions.plant_fit.estimate import Problem
 from tuner.extensions.plant_fit.intervals import FittedPlant
 from tuner.extensions.plant_fit.noise import noise_parts
 from tuner.extensions.plant_fit.page import fit_page
-from tuner.extensions.plant_fit.reading import Columns, Experiment, make_experiment, read_experiment
+from tuner.extensions.plant_fit.reading import TIME_NAMES, Columns, Experiment, make_experiment, read_experiment
 from tuner.extensions.plant_fit.result import PlantFit
 from tuner.extensions.plant_fit.selection import choose
 from tuner.extensions.plant_fit.structures import STRUCTURES, Structure
@@ -134,8 +134,6 @@ def _experiments(data: "str | Path | Sequence[str | Path] | pd.DataFrame", colum
 
 
 def _of_frame(data: "pd.DataFrame", columns: Columns) -> Experiment:
-    from tuner.extensions.plant_fit.reading import TIME_NAMES
-
     names = [str(name) for name in data.columns]
     for name in columns.all:
         check_name("column", name, names, key="data")

@@ -47,7 +47,7 @@ def _record(experiment: Experiment) -> RecordRow:
         samples=len(experiment.time),
         duration=float(experiment.time[-1] - experiment.time[0]),
         period=experiment.period,
-        notes=[*experiment.notes, *notes],
+        notes=notes,
     )
 
 
@@ -64,7 +64,7 @@ def _output(plant: FittedPlant, signals: Signals, i: int) -> OutputRow:
         output=name,
         unit=signals.units[name],
         structure=solution.structure.name,
-        fit=fit_share(plant),
+        fit=share(plant.chosen.projection, solution),
         held_out=chosen.held_out,
         transfer_functions=[_transfer_function(plant, signals, j) for j in range(len(signals.inputs))],
         numbers=[_number(*pair) for pair in numbers],
@@ -114,11 +114,6 @@ def _number(input: str, number: Number) -> PlantNumber:
         unit=number.unit.replace("1/1/", "1/"),
         identified=number.is_identified,
     )
-
-
-def fit_share(plant: FittedPlant) -> float:
-    """Return the fit to all of the record [1]."""
-    return share(plant.chosen.projection, plant.solution)
 
 
 def autocorrelation(errors: Array, max_lag: int = MAX_LAG) -> tuple[Array, float]:

@@ -138,10 +138,13 @@ class Solution:
 
 
 class Projection:
-    """Linear parameters of a problem, given all others."""
+    """Linear parameters of a problem, given all others.
 
-    def __init__(self, problem: Problem, structure: Structure) -> None:
-        self.problem, self.structure = problem, structure
+    fixed: dead times (inputs,) [s] that no search moves, None without any.
+    """
+
+    def __init__(self, problem: Problem, structure: Structure, fixed: Array | None = None) -> None:
+        self.problem, self.structure, self._fixed = problem, structure, fixed
         # An input's unknown value at rest makes a ramp behind an integrator.
         has_trend = problem.has_trend or structure.integrators > 0
         self._regressors = Regressors(problem.grids, problem.has_start, has_trend)
@@ -162,6 +165,7 @@ class Projection:
         """Return the solution; outliers have the values that the noise model expects."""
         problem = self.problem
         shape = shape.reshape(problem.n_inputs, self.structure.n_shape)
+        dead_times = dead_times if self._fixed is None else self._fixed
         matrices = self.matrices(shape, dead_times)
         outputs = list(problem.outputs)
         has_outliers = any(len(each) for each in problem.outliers)

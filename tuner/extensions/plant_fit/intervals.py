@@ -138,8 +138,8 @@ class FittedPlant:
             unit = {1: "s", 2: "s2"}[k]
             numbers.append(Number("Tz" if k == 1 else f"Tz{k}", value, value - half, value + half, unit))
         if structure.has_dead_time:
-            late = self.dead_time_profile(j)
-            numbers.append(Number("L", float(self.solution.dead_times[j]), late.low, late.high, "s"))
+            ends = profile_ends(self, j, float(deviation[m * structure.n_shape + j]))
+            numbers.append(Number("L", float(self.solution.dead_times[j]), *ends, "s"))
         return numbers
 
     def _time_constants(self, j: int, width: float) -> list[Number]:
@@ -162,12 +162,6 @@ class FittedPlant:
                 value = float(np.exp(at[0]))
                 numbers.append(Number(f"T{tail}{'ab'[k - 1]}", value, value * np.exp(-half), value * np.exp(half), "s"))
         return numbers
-
-    def dead_time_profile(self, j: int) -> "Profile":
-        """Return the profile of an input's dead time."""
-        m, n = self.solution.shape.shape
-        deviation = float(np.sqrt(self.covariance[m * n + j, m * n + j]))
-        return profile_of(self, j, deviation)
 
     def coefficients(self, j: int, parameters: Array | None = None) -> tuple[Array, Array]:
         """Return numerator and denominator, from the highest power of s."""
@@ -192,30 +186,12 @@ class FittedPlant:
         return value.reshape(2, k)[0], value.reshape(2, k)[1], spread.reshape(2, k)
 
 
-@dataclass(frozen=True)
-class Profile:
-    """Profile of a dead time.
-
-    Attributes:
-        dead_times: Dead times [s], ascending.
-        surplus: Twice the logarithm of the likelihood that is lost at each; 3.84 at the ends of a 95 % interval.
-        low: Lower end of the 95 % interval [s].
-        high: Upper end.
-    """
-
-    dead_times: Array
-    surplus: Array
-    low: float
-    high: float
-
-
-def profile_of(plant: FittedPlant, j: int, deviation: float) -> Profile:
-    """Return the profile of the dead time of input j; deviation: its standard error by the slopes."""
+def profile_ends(plant: FittedPlant, j: int, deviation: float) -> tuple[float, float]:
+    """Return the ends of the 95 % interval of a dead time [s]; deviation: by the slopes."""
     problem, solution = plant.chosen.problem, plant.solution
     middle = float(solution.dead_times[j])
     step = max(min(deviation, problem.max_dead_time / 4.0), 1e-3 * problem.period)
     limit = float(t.ppf(LEVEL, plant.degrees) ** 2)
-    dead_times, surplus = [middle], [0.0]
     ends = []
     for sign in (-1.0, 1.0):
         start, end = solution, None
@@ -226,8 +202,6 @@ def profile_of(plant: FittedPlant, j: int, deviation: float) -> Profile:
                 at = 0.0 if at < 0.0 else problem.max_dead_time
             start = _at_dead_time(plant, start, j, at)
             lost = len(solution.errors) * float(np.log(start.cost / solution.cost))
-            dead_times.append(at)
-            surplus.append(lost)
             if lost >= limit:
                 # The loss is about a parabola, so its root is nearly straight.
                 roots = np.sqrt(max(before[1], 0.0)), np.sqrt(lost)
@@ -238,8 +212,7 @@ def profile_of(plant: FittedPlant, j: int, deviation: float) -> Profile:
                 break
             before = (at, lost)
         ends.append(float(end) if end is not None else float("nan"))
-    order = np.argsort(dead_times)
-    return Profile(np.array(dead_times)[order], np.array(surplus)[order], ends[0], ends[1])
+    return ends[0], ends[1]
 
 
 def _at_dead_time(plant: FittedPlant, start: Solution, j: int, dead_time: float) -> Solution:
@@ -247,19 +220,7 @@ def _at_dead_time(plant: FittedPlant, start: Solution, j: int, dead_time: float)
     dead_times = start.dead_times.copy()
     dead_times[j] = dead_time
     fixed = replace(start.structure, has_dead_time=False)
-    projection = FixedDeadTimes(plant.chosen.problem, fixed, dead_times)
+    projection = Projection(plant.chosen.problem, fixed, dead_times)
     first = projection.solve(start.shape, dead_times, start.noise)
     best = Search(projection).polish(first, evaluations=8)
     return replace(best, structure=start.structure, dead_times=dead_times)
-
-
-class FixedDeadTimes(Projection):
-    """A projection under dead times that no search moves."""
-
-    def __init__(self, problem: object, structure: object, dead_times: Array) -> None:
-        super().__init__(problem, structure)  # pyright: ignore[reportArgumentType]
-        self._dead_times = dead_times
-
-    def solve(self, shape: Array, dead_times: Array, noise: Array) -> Solution:
-        """Return the solution under the fixed dead times."""
-        return super().solve(shape, self._dead_times, noise)

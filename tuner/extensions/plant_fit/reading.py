@@ -35,7 +35,6 @@ class Experiment:
         inputs: Inputs (n, inputs), each held up to the next sample.
         outputs: Outputs (n, outputs).
         before: Values of the inputs (inputs,) before the record.
-        notes: Assumptions of the reader.
     """
 
     file: str
@@ -44,7 +43,6 @@ class Experiment:
     inputs: Array
     outputs: Array
     before: Array
-    notes: tuple[str, ...] = ()
 
     @property
     def period(self) -> float:

@@ -5,7 +5,6 @@ and the output at a sample is interpolated.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.signal import lfilter
@@ -139,11 +138,6 @@ class Regressors:
     has_start: tuple[bool, ...]
     has_trend: bool
 
-    @cached_property
-    def n_samples(self) -> list[int]:
-        """Number of samples of each experiment."""
-        return [len(grid.inputs if grid.place is None else grid.place) for grid in self.grids]
-
     def matrices(self, filters: list[tuple[Array, int]], dead_times: Array) -> list[Array]:
         """Return the columns of each experiment (samples, columns): first those of the inputs, which all experiments share.
 
@@ -162,7 +156,9 @@ class Regressors:
             columns += sampled.responses(grid.inputs[:, j], dead_times[j], n_numerator)
             if self.has_start[i]:
                 free += sampled.free_responses(len(grid.inputs))
-        n = self.n_samples[i]
+                # What entered the dead time before the record is taken for constant.
+                free += sampled.responses(np.ones(len(grid.inputs)), dead_times[j], 1)
+        n = len(grid.inputs if grid.place is None else grid.place)
         time = np.linspace(-1.0, 1.0, n) if grid.place is None else 2.0 * grid.place / grid.place[-1] - 1.0
         offsets = [np.ones(n), *([time] if self.has_trend else [])]
         offsets += [grid.at_samples(each) for each in free]

@@ -38,12 +38,6 @@ class PlantFit(Documented):
         rows = [{"output": row.output, **number.content()} for row in self.document.outputs for number in row.numbers]
         return frame(rows, ["output", "input", "name"])
 
-    @cached_property
-    def rivals(self) -> "pd.DataFrame":
-        """A row for each structure of each output: fit, and fit to held-out blocks."""
-        rows = [{"output": row.output, **rival.content()} for row in self.document.outputs for rival in row.rivals]
-        return frame(rows, ["output", "structure"])
-
     def study(self, law: str = "pid", title: str = "") -> str:
         """Return a study of the plant as TOML.
 

@@ -180,8 +180,11 @@ def _with_start(problem: Problem, best: Solution) -> tuple[Problem, Solution]:
     """Return problem and fit, with initial states if the records need them."""
     free = replace(problem, has_start=(True,) * len(problem.outputs))
     moved = _refit(free, best, best.noise)
-    n = len(best.errors)
-    gain = 0.5 * n * float(np.log(best.cost / max(moved.cost, 1e-300)))
+    # A noise model of the records at rest would take the motion of their beginning for noise.
+    noise = fit_noise(list(moved.residuals))
+    moved, rested = _refit(free, moved, noise), _refit(problem, best, noise)
+    n = len(rested.errors)
+    gain = 0.5 * n * float(np.log(rested.cost / max(moved.cost, 1e-300)))
     needed = START_P + 0.5 * np.log(n) * best.structure.order * len(problem.outputs)
     return (free, moved) if gain > needed else (problem, best)
 
