@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart, taken
 from tuner.study.plant_study import PlantStudy
-from tuner.study.study import Study
+from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import holds_place
 from tuner.text.toml_text import shown as toml
 
@@ -187,18 +187,18 @@ def design_plant(study: PlantStudy) -> Design:
     return designed(study, Proposal(*design_channels(study.system, default, tasks, requirements_of(study))))
 
 
-def design_by_rule(study: object, method: str, time: float | None) -> Design:
+def design_by_rule(study: TuningStudy, method: str, time: float | None) -> Design:
     """Design the gains of a plant's channels by a rule."""
     if not method:
         raise InputError("needs a rule that has such a time: add --method simc, lambda or herbst", key="--time")
     rule = find("designs", "design method", method)
-    if not isinstance(study, PlantStudy):
+    if study.kind != PlantStudy.kind:
         raise InputError(
             "a rule designs channels of a plant, and this study is of a quadrotor; remove it", key="--method"
         )
     if time is not None and not (isfinite(time) and time > 0.0):
         raise InputError(f"given {time:g} s; allowed: a finite number above 0", key="--time")
-    return designed(study, rule(study, time))
+    return designed(cast(PlantStudy, study), rule(study, time))
 
 
 def designed(study: PlantStudy, proposal: Proposal) -> Design:
