@@ -66,7 +66,9 @@ STEPS = (
     step("margins", "margins run/gains.json --study tuning.toml --certificates --out {out}", "margins"),
     step("margins law", "margins --law adrc --yaw 30 --speed 2 --wind 3"),
     step("design", "design tuning.toml --out designed.json"),
-    step("fit", "fit step.csv --input heater --output temperature --structure first-order,integrating --max-dead-time 2"),
+    step(
+        "fit", "fit step.csv --input heater --output temperature --structure first-order,integrating --max-dead-time 2"
+    ),
     step("validate", "validate run/gains.json"),
     step("theory", "theory run/gains.json --study tuning.toml"),
     step("fly", "fly run/gains.json --study tuning.toml --seeds 8 --threads 2"),

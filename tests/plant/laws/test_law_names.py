@@ -36,8 +36,11 @@ def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_l
         # A certificate of the super-twisting algorithm is called after it, as the law is.
         "certificates",
         "crazyflie",
+        # Rules are printed for laws, and a written study names one.
+        "design_rules",
         "flight_plans",
         "judge",
+        "plant_fit",
         "px4",
         "ros2",
         "textbook_laws",
