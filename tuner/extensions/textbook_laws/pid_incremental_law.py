@@ -12,7 +12,15 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Blocks, GainInfo, Law, Span
-from tuner.extensions.textbook_laws.pid_parts import SOURCE, WEIGHTS, filter_share, row, weighted_rate
+from tuner.extensions.textbook_laws.pid_parts import (
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
+    SOURCE,
+    WEIGHTS,
+    filter_share,
+    row,
+    weighted_rate,
+)
 
 
 class Gains(NamedTuple):
@@ -85,14 +93,8 @@ GAINS: tuple[GainInfo, ...] = (
         "ki", "s^-3", Span(60.0, 0.1, 2000.0), Span(0.6, 0.01, 20.0), "integral gain", scale="log", exclusive=True,
         integrals=1,
     ),
-    row(
-        "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "derivative gain", scale="log", integrals=-1,
-        term="derivative term",
-    ),
-    row(
-        "t_f", "s", Span(0.01, 0.0, 0.05), Span(0.05, 0.0, 0.4),
-        "time constant of the derivative filter, 0 for none", symbol="Tf",
-    ),
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
     *WEIGHTS,
 )  # fmt: skip
 

@@ -12,18 +12,14 @@ With b0 = 1 the gains are in units of the command per unit of the output.
 
 from typing import NamedTuple
 
-from plant.laws.law import Blocks, GainInfo, Law, Span
+from plant.laws.law import GainInfo, Span
 from tuner.extensions.textbook_laws.pid_parts import (
-    ANTI_WINDUP,
-    SAMPLING,
-    SOURCE,
-    WEIGHTS,
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
     PidConstants,
-    PidMemory,
     filter_share,
+    make_pid_law,
     row,
-    start,
-    step,
     tracking_share,
 )
 
@@ -56,30 +52,8 @@ GAINS: tuple[GainInfo, ...] = (
         "ki", "s^-3", Span(60.0, 0.1, 2000.0), Span(0.6, 0.01, 20.0), "integral gain", scale="log", integrals=1,
         term="integral term",
     ),
-    row(
-        "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "derivative gain", scale="log", integrals=-1,
-        term="derivative term",
-    ),
-    row(
-        "t_f", "s", Span(0.01, 0.0, 0.05), Span(0.05, 0.0, 0.4),
-        "time constant of the derivative filter, 0 for none", symbol="Tf",
-    ),
-    *WEIGHTS,
-    *ANTI_WINDUP,
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
 )  # fmt: skip
 
-LAW = Law(
-    name="pid_parallel",
-    title="parallel PID with set-point weights",
-    blocks=Blocks("PID", reference="weights b, c", measured="low-pass of D"),
-    source=SOURCE,
-    Gains=Gains,
-    Constants=PidConstants,
-    Memory=PidMemory,
-    prepare=prepare,
-    start=start,
-    step=step,
-    gains=GAINS,
-    sampling=SAMPLING,
-    promises=frozenset({"rejects"}),
-)
+LAW = make_pid_law("pid_parallel", "parallel", "PID", Gains, prepare, GAINS)

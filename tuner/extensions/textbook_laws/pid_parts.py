@@ -8,10 +8,11 @@ differenced, so that a step in it gives the kick that a textbook's derivative of
 K. J. Astrom, T. Hagglund, Advanced PID Control, ISA 2006, sections 3.3 to 3.5 and 13.4.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import GainInfo, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.primitives import maximum, minimum, select
 
 SOURCE = "Astrom, Hagglund, Advanced PID Control, ISA 2006"
@@ -120,31 +121,74 @@ def step(
     return demand / channel.b0, after
 
 
-def _row(name: str, unit: str, attitude: Span, position: Span, meaning: str, **fields: Any) -> GainInfo:
+def row(name: str, unit: str, attitude: Span, position: Span, meaning: str, **fields: Any) -> GainInfo:
+    """Return a gain with its source; fields: others of `GainInfo`."""
     scale = fields.pop("scale", "linear")
     return GainInfo(name, fields.pop("symbol", name), unit, attitude, position, scale, SOURCE, meaning, **fields)
 
 
 WEIGHTS = (
-    _row("b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True),
-    _row(
+    row("b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True),
+    row(
         "c", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
         "set-point weight of the derivative part: 0 for D on the measurement, 1 for D on the error", optional=True,
     ),
 )  # fmt: skip
 ANTI_WINDUP = (
-    _row(
+    row(
         "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
         "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
         term="back-calculation", optional=True,
     ),
-    _row(
+    row(
         "clamping", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
         "1: the integral stops while a limit holds the command and the error drives it further; 0: it does not", optional=True,
     ),
 )  # fmt: skip
-FILTER_RATIO = _row(
+FILTER_RATIO = row(
     "n", "1", Span(10.0, 2.0, 30.0), Span(10.0, 2.0, 30.0),
     "derivative time over the time constant of its filter, 0 for no filter", symbol="N", optional=True,
 )  # fmt: skip
-row = _row
+DERIVATIVE_GAIN = row(
+    "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "derivative gain", scale="log", integrals=-1,
+    term="derivative term",
+)  # fmt: skip
+FILTER_TIME = row(
+    "t_f", "s", Span(0.01, 0.0, 0.05), Span(0.05, 0.0, 0.4),
+    "time constant of the derivative filter, 0 for none", symbol="Tf",
+)  # fmt: skip
+
+
+def make_pid_law(
+    name: str,
+    title: str,
+    part: str,
+    Gains: Any,
+    prepare: Callable[[Any, float], PidConstants],
+    gains: tuple[GainInfo, ...],
+) -> Law:
+    """Return the law of one form of PID.
+
+    Args:
+        name: Name of the law.
+        title: Form in words.
+        part: Label of its block in drawings.
+        Gains: Record of its gains.
+        prepare: Turns gains into the numbers of every form.
+        gains: Description of each gain; weights and anti-windup follow.
+    """
+    return Law(
+        name=name,
+        title=f"{title} PID with set-point weights",
+        blocks=Blocks(part, reference="weights b, c", measured="low-pass of D"),
+        source=SOURCE,
+        Gains=Gains,
+        Constants=PidConstants,
+        Memory=PidMemory,
+        prepare=prepare,
+        start=start,
+        step=step,
+        gains=(*gains, *WEIGHTS, *ANTI_WINDUP),
+        sampling=SAMPLING,
+        promises=frozenset({"rejects"}),
+    )

@@ -11,20 +11,14 @@ with Tf = Td/N. The weights b and c act on the proportional and the derivative p
 
 from typing import NamedTuple
 
-from plant.laws.law import Blocks, GainInfo, Law, Span
+from plant.laws.law import GainInfo, Span
 from tuner.extensions.textbook_laws.pid_parts import (
-    ANTI_WINDUP,
     FILTER_RATIO,
-    SAMPLING,
-    SOURCE,
-    WEIGHTS,
     PidConstants,
-    PidMemory,
     filter_share,
     inverse,
+    make_pid_law,
     row,
-    start,
-    step,
     tracking_share,
 )
 
@@ -65,22 +59,6 @@ GAINS: tuple[GainInfo, ...] = (
         term="derivative term",
     ),
     FILTER_RATIO,
-    *WEIGHTS,
-    *ANTI_WINDUP,
 )  # fmt: skip
 
-LAW = Law(
-    name="pid_series",
-    title="series (interacting) PID with set-point weights",
-    blocks=Blocks("PI, then lead", reference="weights b, c", measured="low-pass of D"),
-    source=SOURCE,
-    Gains=Gains,
-    Constants=PidConstants,
-    Memory=PidMemory,
-    prepare=prepare,
-    start=start,
-    step=step,
-    gains=GAINS,
-    sampling=SAMPLING,
-    promises=frozenset({"rejects"}),
-)
+LAW = make_pid_law("pid_series", "series (interacting)", "PI, then lead", Gains, prepare, GAINS)
