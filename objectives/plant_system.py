@@ -92,7 +92,7 @@ class PlantParts:
     def system(self) -> "PlantSystem":
         """Build the system."""
         plant = self.make()
-        plan = replace(plan_loop(plant, channels_of(self.channels), self.actuators), watched=self.watched)
+        plan = plan_loop(plant, channels_of(self.channels), self.actuators, self.watched)
         return PlantSystem(plant, plan, pack(plant.Parameters, list(self.parameters)), self.timing)
 
 
@@ -177,17 +177,9 @@ class PlantSystem:
     def axes(self) -> Axes:
         """All channels, outputs and inputs as axes of the metrics."""
         channels = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
-        units = {
-            name: self.plant.unit(f"{record}.{name}") for name, record in self._signals_by_record.items()
-        } | channels
-        units = {name: units[name] for name in (*channels, *units)}
+        signals = {name: self.plant.unit(f"{record}.{name}") for name, record in self.plant.signals.items()}
+        units = channels | {name: unit for name, unit in signals.items() if name not in channels}
         return Axes(units, {name: (name,) for name in units})
-
-    @property
-    def _signals_by_record(self) -> dict[str, str]:
-        """The record of each output and input, "Output" or "Input"; an output precedes an input of its name."""
-        outputs = dict.fromkeys(paths(self.plant.Output), "Output")
-        return outputs | {name: "Input" for name in paths(self.plant.Input) if name not in outputs}
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -199,7 +191,7 @@ class PlantSystem:
         added = tuple(dict.fromkeys(name for name in names if name not in self.plan.judged))
         if not added:
             return self
-        watched = [WatchedSignal(name, self._signals_by_record[name]) for name in added]
+        watched = [WatchedSignal(name, self.plant.signals[name]) for name in added]
         return replace(self, plan=self.plan.watching(watched))
 
     def slope(self, parameters: Any) -> "Slope":
@@ -353,7 +345,7 @@ class PlantSystem:
         sizes = [actuator.size for actuator in self.plan.actuators]
         pairs = list(zip(self.plan.actuators, sizes, strict=True))
         ranges = {each.name: max(abs(each.low), abs(each.high)) for each in self.plan.actuators}
-        others = {name: ranges[name] if record == "Input" else inf for name, record in self._signals_by_record.items()}
+        others = {name: ranges[name] if record == "Input" else inf for name, record in self.plant.signals.items()}
         return PlantBounds(
             {
                 **others,

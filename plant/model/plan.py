@@ -202,7 +202,12 @@ class LoopPlan:
         return tuple(channel for channel in self.channels if channel.to == actuator and not self.cascades(channel))
 
 
-def plan_loop(plant: PlantRecords, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
+def plan_loop(
+    plant: PlantRecords,
+    channels: Sequence[Channel],
+    actuators: Sequence[Actuator] = (),
+    watched: tuple[WatchedSignal, ...] = (),
+) -> LoopPlan:
     """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
     if not channels:
         raise InputError("given no channel; a loop needs at least one", key="channel")
@@ -219,7 +224,7 @@ def plan_loop(plant: PlantRecords, channels: Sequence[Channel], actuators: Seque
         _check_channel(channel, [each.name for each in channels], inputs, outputs)
     _check_rates(channels)
     given = {actuator.name: actuator for actuator in actuators}
-    return LoopPlan(tuple(_outer_first(channels)), tuple(given.get(name, Actuator(name)) for name in inputs))
+    return LoopPlan(tuple(_outer_first(channels)), tuple(given.get(name, Actuator(name)) for name in inputs), watched)
 
 
 def check_identifiers(kind: str, names: Sequence[str], leaf: str = "") -> None:

@@ -58,6 +58,12 @@ class PlantRecords(ABC):
     def check_rest(self, parameters: Any) -> None:
         """Raise InputError where a plant of these parameters does not rest."""
 
+    @property
+    def signals(self) -> dict[str, str]:
+        """The record of each signal, "Output" or "Input"; an output precedes an input of its name."""
+        outputs = dict.fromkeys(paths(self.Output), "Output")
+        return outputs | {name: "Input" for name in paths(self.Input) if name not in outputs}
+
     def unit(self, path: str) -> str:
         """Return the unit of a field by "Output.angle" or "Input.voltage"."""
         record, _, field = path.partition(".")

@@ -45,7 +45,7 @@ def room(**changes):
 
 
 def values(study, *others):
-    """Return what one flight of the default gives, by address."""
+    """Return the metrics of one flight of the default, by address."""
     judged = [*study.objectives, *[each.objective for each in study.constraints], *others]
     problem = Problem(study.system, study.space, tuple(judged), (), study.seed)
     flown = problem.evaluate_gains(

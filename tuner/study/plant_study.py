@@ -168,7 +168,7 @@ class PlantStudy(TuningStudy):
         system = self.system
         limits = {(each.name, each.output): each.limit for each in system.plan.outer}
         channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
-        plan = replace(plan_loop(system.plant, channels, system.plan.actuators), watched=system.plan.watched)
+        plan = plan_loop(system.plant, channels, system.plan.actuators, system.plan.watched)
         judged = {
             axis
             for quantity in (*self.objectives, *[each.objective for each in self.constraints])
@@ -346,7 +346,7 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
 
 def _signals_with_limits(plant: PlantRecords, plan: LoopPlan, limits: Mapping[str, float]) -> list[WatchedSignal]:
     """Return the signals with a limit; InputError for a channel or an unknown name."""
-    records = {name: record for record in ("Input", "Output") for name in paths(getattr(plant, record))}
+    records = plant.signals
     for name in limits:
         key = f"lost_beyond.{name}"
         if name in plan.names:

@@ -40,20 +40,17 @@ def propose(rule: Rule, warning: str, study: PlantStudy, time: float | None) -> 
     time: closed-loop time [s], None for the rule's own.
     """
     row = np.array(study.default_row, dtype=float)
-    results, notes = dict[str, ChannelDesign](), [warning] if warning else []
-    applied = list[str]()
+    refused, notes = dict[str, ChannelDesign](), [warning] if warning else []
     for channel in study.system.plan.channels:
         try:
             design = _applied(rule, study, channel, time)
         except NoProcessError as error:
-            results[channel.name] = ChannelDesign(False, str(error))
+            refused[channel.name] = ChannelDesign(False, str(error))
             continue
         row = _with(study, row, channel, design.gains)
         notes.append(design.note)
-        applied.append(channel.name)
-    for name in applied:
-        results[name] = judged(study, row, name)
-    return Proposal(row, {name: results[name] for name in study.system.plan.names}, notes)
+    names = study.system.plan.names
+    return Proposal(row, refused if len(refused) == len(names) else judged(study, row) | refused, notes)
 
 
 def _applied(rule: Rule, study: PlantStudy, channel: Channel, time: float | None) -> Applied:

@@ -1,4 +1,4 @@
-"""Peaks of a channel's sampled loop under designed gains."""
+"""Peaks of the channels' sampled loops under designed gains."""
 
 import numpy as np
 
@@ -9,10 +9,12 @@ from tuner.study.plant_study import PlantStudy
 Array = np.ndarray
 
 
-def judged(study: PlantStudy, row: Array, name: str) -> ChannelDesign:
-    """Return the peaks of a channel's sampled loop."""
+def judged(study: PlantStudy, row: Array) -> dict[str, ChannelDesign]:
+    """Return each channel's design with the peaks of its sampled loop."""
     margins = PlantMargins(study.system, 0.9 * row, 1.1 * row).evaluate(row[None])
-    i = study.system.plan.names.index(name)
-    ms, mt = (float(getattr(margins, field).value[0, i]) for field in ("sensitivity", "complementary"))
-    why = "" if np.isfinite(ms) else "the loop that the rule gives is not stable"
-    return ChannelDesign(np.isfinite(ms).item(), why, ms, mt)
+    peaks = (getattr(margins, field).value[0].tolist() for field in ("sensitivity", "complementary"))
+    designs = {}
+    for name, ms, mt in zip(study.system.plan.names, *peaks, strict=True):
+        why = "" if np.isfinite(ms) else "the loop that the rule gives is not stable"
+        designs[name] = ChannelDesign(np.isfinite(ms).item(), why, ms, mt)
+    return designs

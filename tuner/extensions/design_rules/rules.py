@@ -11,7 +11,7 @@ import numpy as np
 
 from tuner.extensions.design_rules.process import NoProcessError, Path, Process, half_rule
 
-# Shortest closed-loop time of a rule, as a share of the dead time, where nobody gives one; lambda's over the time constant.
+# Shortest closed-loop time of a rule, as a share of the dead time, by default; lambda's over the time constant.
 TIGHT, CALM = 1.0, 3.0
 # Herbst's: settling time times the pole of the feedback, observer over that pole.
 SETTLING, OBSERVER = 4.0, 10.0

@@ -144,13 +144,13 @@ def propose(method: Callable[[SampledPlant, float | None], Array], study: PlantS
 
     time: see the method [s].
     """
-    row, names = np.array(study.default_row, dtype=float), study.system.plan.names
+    row = np.array(study.default_row, dtype=float)
     try:
         sampled_plant = SampledPlant(study)
         row = with_gains(study, row, sampled_plant, method(sampled_plant, time))
     except NoProcessError as error:
-        return Proposal(row, dict.fromkeys(names, ChannelDesign(False, str(error))))
-    return Proposal(row, {name: judged(study, row, name) for name in names})
+        return Proposal(row, dict.fromkeys(study.system.plan.names, ChannelDesign(False, str(error))))
+    return Proposal(row, judged(study, row))
 
 
 def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Array) -> Array:

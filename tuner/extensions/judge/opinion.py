@@ -147,10 +147,7 @@ def class_reasons(evidence: Evidence) -> list[str]:
     if evidence.airframe.is_known or evidence.comparison is not None:
         return []
     fragile = [row for row in evidence.loops if FRAGILE_MS < _peak(row.after.ms) < inf]
-    texts = [
-        f"peak sensitivity Ms, {row.channel}: {significant(_peak(row.after.ms), 3)}, max {FRAGILE_MS:g}"
-        for row in fragile
-    ]
+    texts = [f"{_peak_text(row)}, max {FRAGILE_MS:g}" for row in fragile]
     return [*texts, CLASS_ADVICE] if texts else []
 
 
@@ -186,7 +183,7 @@ def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
     earlier = "" if before is None else f" ({significant(before, 3)} before)"
     if after == inf:
         return f"the {loop.channel} loop is unstable"
-    return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)}, max {limit:g}{earlier}"
+    return f"{_peak_text(loop)}, max {limit:g}{earlier}"
 
 
 def recovery_text(loop: AssessedLoop) -> str:
@@ -195,7 +192,11 @@ def recovery_text(loop: AssessedLoop) -> str:
     if loop.before is None or before <= FRAGILE_MS or after > MAX_MS:
         return ""
     earlier = "unstable" if before == inf else significant(before, 3)
-    return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)} ({earlier} before)"
+    return f"{_peak_text(loop)} ({earlier} before)"
+
+
+def _peak_text(loop: AssessedLoop) -> str:
+    return f"peak sensitivity Ms, {loop.channel}: {significant(_peak(loop.after.ms), 3)}"
 
 
 def rule_text(row: RuleRow) -> str:

@@ -19,6 +19,11 @@ LIMIT_STEPS = 20.0
 """Error, in steps of the reference, from which a flight has failed."""
 
 
+def round_to(value: float, digits: int = 3) -> float:
+    """Return a value of so many significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
 @dataclass(frozen=True)
 class Loop:
     """A channel: an output, the input that moves it, and the range of the output in the data."""
@@ -32,7 +37,7 @@ class Loop:
     @property
     def step(self) -> float:
         """Step of the reference: a quarter of what the data show, in two digits."""
-        return float(f"{0.25 * self.moved:.2g}")
+        return round_to(0.25 * self.moved, 2)
 
     @property
     def gain(self) -> float:
@@ -65,19 +70,19 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
     gains: PlainTable = {}
     for loop in loops:
         is_pid = LAWS[law] == "pid"
-        b0 = float(np.sign(loop.gain)) if is_pid else float(f"{_high_frequency_gain(loop):.3g}")
+        b0 = float(np.sign(loop.gain)) if is_pid else round_to(_high_frequency_gain(loop))
         table: PlainTable = {"name": loop.output, "law": LAWS[law], "output": loop.output, "to": loop.input}
         if b0 != 1.0:
             table["b0"] = b0
-        table["lost_beyond"] = float(f"{LIMIT_STEPS * loop.step:.2g}")
+        table["lost_beyond"] = round_to(LIMIT_STEPS * loop.step, 2)
         channels.append(table)
         searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, period)
         for name, value in searched.items():
-            low, high = (float(f"{value * end:.3g}") for end in RANGE)
+            low, high = (round_to(value * end) for end in RANGE)
             if name == "omega_o":
-                high = min(high, float(f"{MAX_BANDWIDTH / period:.2g}"))
-            gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": float(f"{value:.3g}")}
-        gains |= {f"{loop.output}.{name}": float(f"{value:.3g}") for name, value in fixed.items()}
+                high = min(high, round_to(MAX_BANDWIDTH / period, 2))
+            gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": round_to(value)}
+        gains |= {f"{loop.output}.{name}": round_to(value) for name, value in fixed.items()}
     return channels, gains
 
 

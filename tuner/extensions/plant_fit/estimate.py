@@ -250,7 +250,7 @@ class Search:
         low, high = self._ends
         p = len(start.noise) if with_noise else 0
         scale = np.concatenate([np.ones(n), np.full(late, problem.period), np.full(p, 0.1)])
-        # Dead times are told in cells, so that all parameters are of one size.
+        # Dead times are counted in cells, so that all parameters are of one size.
         first = np.concatenate([start.shape.ravel(), start.dead_times[:late], start.noise[:p]]) / scale
         low = np.concatenate([low, np.full(p, -np.inf)]) / scale
         high = np.concatenate([high, np.full(p, np.inf)]) / scale

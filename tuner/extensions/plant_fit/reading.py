@@ -111,18 +111,8 @@ def read_experiment(file: Path, columns: Columns) -> Experiment:
         table = np.column_stack([table, columns.period * np.arange(len(table))])
     n_inputs = len(columns.inputs)
     _check_cells(table, [*columns.inputs, *columns.outputs, time_name or "time"], file)
-    inputs = table[:, :n_inputs]
-    experiment = Experiment(
-        str(file),
-        sha256(content).hexdigest(),
-        table[:, -1],
-        inputs,
-        table[:, n_inputs:-1],
-        np.array(columns.before) if columns.before else inputs[0].copy(),
-    )
-    _check_time(experiment, file)
-    _check_motion(experiment, columns, file)
-    return experiment
+    parts = table[:, -1], table[:, :n_inputs], table[:, n_inputs:-1]
+    return _checked(str(file), sha256(content).hexdigest(), parts, columns)
 
 
 def make_experiment(
@@ -141,10 +131,16 @@ def make_experiment(
     )
     named = Columns(tuple(names[0]), tuple(names[1]), before=tuple(before))
     _check_cells(np.column_stack([*columns, time]), [*names[0], *names[1], "time"], Path(name))
-    start = np.array(named.before) if named.before else columns[0][0].copy()
-    experiment = Experiment(name, sha256(columns[1].tobytes()).hexdigest(), time, columns[0], columns[1], start)
+    return _checked(name, sha256(columns[1].tobytes()).hexdigest(), (time, *columns), named)
+
+
+def _checked(name: str, digest: str, parts: Sequence[Array], columns: Columns) -> Experiment:
+    """Return the record of time, inputs and outputs; InputError where it identifies nothing."""
+    time, inputs, outputs = parts
+    before = np.array(columns.before) if columns.before else inputs[0].copy()
+    experiment = Experiment(name, digest, time, inputs, outputs, before)
     _check_time(experiment, Path(name))
-    _check_motion(experiment, named, Path(name))
+    _check_motion(experiment, columns, Path(name))
     return experiment
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.errors import check_name
 from plant.texts import PlainTable
-from tuner.extensions.plant_fit.channels import LAWS, Loop, channel_tables
+from tuner.extensions.plant_fit.channels import LAWS, Loop, channel_tables, round_to
 from tuner.extensions.plant_fit.intervals import FittedPlant
 from tuner.extensions.plant_fit.noise import NoiseParts
 from tuner.extensions.plant_fit.realization import realized
@@ -193,8 +193,3 @@ def _scenario(
     if joint:
         table["joint_spread"] = [dict(row) for row in joint]
     return table
-
-
-def round_to(value: float, digits: int = 3) -> float:
-    """Return a value of so many significant digits."""
-    return float(f"{value:.{digits}g}")

@@ -15,7 +15,14 @@ from typing import NamedTuple
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.primitives import select
-from tuner.extensions.textbook_laws.pid_parts import SOURCE, filter_share, row, tracking_share
+from tuner.extensions.textbook_laws.pid_parts import (
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
+    SOURCE,
+    filter_share,
+    row,
+    tracking_share,
+)
 
 
 class Gains(NamedTuple):
@@ -129,14 +136,8 @@ GAINS: tuple[GainInfo, ...] = (
         "ki", "s^-3", Span(60.0, 0.1, 2000.0), Span(0.6, 0.01, 20.0), "integral gain", scale="log", integrals=1,
         term="integral term",
     ),
-    row(
-        "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "derivative gain", scale="log", integrals=-1,
-        term="derivative term",
-    ),
-    row(
-        "t_f", "s", Span(0.01, 0.0, 0.05), Span(0.05, 0.0, 0.4),
-        "time constant of the derivative filter, 0 for none", symbol="Tf",
-    ),
+    DERIVATIVE_GAIN,
+    FILTER_TIME,
 )  # fmt: skip
 
 LAW = Law(

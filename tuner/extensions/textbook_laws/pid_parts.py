@@ -127,19 +127,23 @@ def row(name: str, unit: str, attitude: Span, position: Span, meaning: str, **fi
     return GainInfo(name, fields.pop("symbol", name), unit, attitude, position, scale, SOURCE, meaning, **fields)
 
 
+WEIGHT_OF_P = row(
+    "b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True
+)
 WEIGHTS = (
-    row("b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True),
+    WEIGHT_OF_P,
     row(
         "c", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
         "set-point weight of the derivative part: 0 for D on the measurement, 1 for D on the error", optional=True,
     ),
 )  # fmt: skip
+TRACKING = row(
+    "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
+    "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
+    term="back-calculation", optional=True,
+)  # fmt: skip
 ANTI_WINDUP = (
-    row(
-        "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
-        "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
-        term="back-calculation", optional=True,
-    ),
+    TRACKING,
     row(
         "clamping", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0),
         "1: the integral stops while a limit holds the command and the error drives it further; 0: it does not", optional=True,

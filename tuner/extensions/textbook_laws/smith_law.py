@@ -18,7 +18,7 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.primitives import exp, floor, select
 from tuner.extensions.textbook_laws.delay_line import Line, filled, first, pushed
-from tuner.extensions.textbook_laws.pid_parts import inverse, row, tracking_share
+from tuner.extensions.textbook_laws.pid_parts import TRACKING, WEIGHT_OF_P, inverse, row, tracking_share
 
 
 class Gains(NamedTuple):
@@ -88,14 +88,6 @@ def step(
     return demand / channel.b0, Memory(after, demand, model, pushed(memory.line, model, constants.periods))
 
 
-WEIGHT = row(
-    "b", "1", Span(1.0, 0.0, 1.0), Span(1.0, 0.0, 1.0), "set-point weight of the proportional part", optional=True
-)
-TRACKING = row(
-    "tracking", "1", Span(1.0, 0.1, 10.0), Span(1.0, 0.1, 10.0),
-    "tracking time over the integral time, 0 for no back-calculation", symbol="rho", scale="log",
-    term="back-calculation", optional=True,
-)  # fmt: skip
 GAINS: tuple[GainInfo, ...] = (
     row(
         "k", "s^-2", Span(60.0, 5.0, 400.0), Span(2.5, 0.2, 20.0), "gain of the PI", symbol="K", scale="log",
@@ -116,7 +108,7 @@ GAINS: tuple[GainInfo, ...] = (
         "l_m", "s", Span(0.02, 0.0, 0.2), Span(0.1, 0.0, 0.25),
         "dead time of the model, rounded to whole control periods, of which 64 are the most", symbol="L",
     ),
-    WEIGHT,
+    WEIGHT_OF_P,
     TRACKING,
 )  # fmt: skip
 
