@@ -44,7 +44,7 @@ RATE_ADVICE = (
     "docs/how_to/confirm.md says"
 )
 N_FIRST_STEPS = 8
-"""Control periods at the begin of a pulse in half of which motors must change: filters spread the answer over 10 or more."""
+"""Control periods at the begin of a pulse: without filters motors answer the rate within 3 of them, the attitude in each."""
 CORNERS = {(-1, 1): 0, (1, 1): 1, (-1, -1): 2, (1, -1): 3}
 """Signs of a motor's answers to rolling right and pitching nose down -> front left, front right, rear left, rear right."""
 
@@ -114,7 +114,7 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
         )
     first, second, third, fourth = (corners.index(corner) for corner in range(4))
     places = (first, second, third, fourth)
-    if np.count_nonzero(np.any(np.diff(answers[0][: N_FIRST_STEPS + 1], axis=0), axis=1)) < N_FIRST_STEPS // 2:
+    if not any(_changes_in_successive_periods(answer) for answer in answers):
         raise InputError(RATE_ADVICE, file=binary)
     if float(tilt @ np.sign(pitch)) < MIN_TILTING * float(np.abs(pitch).sum()):
         raise InputError(ESTIMATOR_ADVICE, file=binary)
@@ -135,6 +135,12 @@ def _answer(board: Probed, pulse: Instant, period: float) -> Array:
         before = board.step(_instant(), THROTTLE)
     pulsed = [board.step(pulse, THROTTLE) for _ in range(max(round(PULSE_DURATION / period), N_FIRST_STEPS))]
     return np.array([before, *pulsed]) - np.array(before)
+
+
+def _changes_in_successive_periods(answer: Array) -> bool:
+    """Return whether motors change in two successive periods, as those of slower loops never do."""
+    changed = np.any(np.diff(answer[: N_FIRST_STEPS + 1], axis=0), axis=1)
+    return bool(np.any(changed[1:] & changed[:-1]))
 
 
 def _shown(answer: Array) -> str:

@@ -19,8 +19,8 @@ PERIOD = 0.001
 class Mixing:
     """A board whose motors make torques against rates and tilt: thrusts T with x T, y T and spin T of the signs asked for."""
 
-    def __init__(self, order, yaw=1.0, level=4.0, every=1):
-        self.order, self.yaw, self.level, self.every = order, yaw, level, every
+    def __init__(self, order, yaw=1.0, level=4.0, every=1, passed=0.3):
+        self.order, self.yaw, self.level, self.every, self.passed = order, yaw, level, every, passed
         self.is_on, self.filtered, self.count, self.sent = True, [0.0, 0.0, 0.0], 0, STILL
 
     def arm(self, initial, throttle, held):
@@ -31,7 +31,9 @@ class Mixing:
         if self.count % self.every:
             return self.sent
         # A low-pass, as firmwares have before their loops.
-        self.filtered = [old + 0.3 * (new - old) for old, new in zip(self.filtered, setpoints.rate, strict=True)]
+        self.filtered = [
+            old + self.passed * (new - old) for old, new in zip(self.filtered, setpoints.rate, strict=True)
+        ]
         p, q, r = self.filtered
         roll, pitch, _ = setpoints.angles
         torque_x, torque_y, torque_z = -p - self.level * roll, -q - self.level * pitch, -self.yaw * r
@@ -43,7 +45,7 @@ class Mixing:
         ]  # fmt: skip
         sent = [0.0] * 4
         for rotor, place in enumerate(self.order):
-            sent[place] = thrust[rotor]
+            sent[place] = round(thrust[rotor], 3)
         first, second, third, fourth = sent
         self.sent = (first, second, third, fourth)
         return self.sent
@@ -70,8 +72,15 @@ def test_a_build_that_estimates_its_attitude_is_named_with_the_option():
 
 def test_a_build_with_slower_loops_is_named_with_the_option():
     """Its noise was twice the model's, for D and filters ran at 500 Hz in place of 4 kHz."""
-    with pytest.raises(InputError, match="-DVIRTUAL_GYRO_SAMPLE_RATE_HZ=8000"):
-        learn_wiring(lambda _: Mixing((0, 1, 2, 3), every=8), SPINS, PERIOD, Path("sitl"))
+    for every in (2, 8):
+        with pytest.raises(InputError, match="-DVIRTUAL_GYRO_SAMPLE_RATE_HZ=8000"):
+            learn_wiring(lambda _, every=every: Mixing((0, 1, 2, 3), every=every), SPINS, PERIOD, Path("sitl"))
+
+
+def test_a_file_that_switches_filters_off_is_no_slower_loop():
+    """Betaflight 4.6 without filters of the gyro answers a pulse of the rate within three periods."""
+    board = Mixing((0, 1, 2, 3), passed=0.98)
+    assert learn_wiring(lambda _: board, SPINS, PERIOD, Path("sitl")).places == (0, 1, 2, 3)
 
 
 def test_motors_of_no_x_are_named_with_the_expected_versions():
