@@ -264,9 +264,10 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         constraints = with_plant_floor(
             judging.constraints, judging.objectives, flights, system, space, table.seed, mission
         )
-        margins = margins_asked(table.margin, path, system)
+        specs = [entry.spec for entry in scenarios]
+        margins = margins_asked(table.margin, path, system, specs)
         unique("margin", [entry.label for entry in margins])
-        screens = (margin_screen_of(margins, path, system, space),) if margins else ()
+        screens = (margin_screen_of(margins, path, system, space, specs),) if margins else ()
         return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
 
 
