@@ -144,7 +144,7 @@ PLANS = {
     "a negative delay": (lambda: Actuator("voltage", delay=-0.001), "0 s or more"),
     "an infinite lag": (lambda: Actuator("voltage", lag=inf), "0 s or more"),
     "a delay that does not divide": (lambda: Actuator("voltage", delay=0.0015).periods(0.001), "whole number"),
-    "a delay too long": (lambda: Actuator("voltage", delay=0.2).periods(0.001), "128"),
+    "a delay too long": (lambda: Actuator("voltage", delay=1.2).periods(0.001), "up to 1024, a control period from 0.00117 s"),
 }  # fmt: skip
 
 
