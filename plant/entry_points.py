@@ -12,6 +12,8 @@ DISTRIBUTION = "gainproof"
 """Name of this tool's own distribution."""
 LAW_GROUP = "gainproof.laws"
 """Group of entry points that name laws."""
+METRIC_GROUP = "gainproof.metrics"
+"""Group of entry points that name metrics."""
 FLIGHT_CODE = "gainproof.flight_code"
 """Group of entry points that name modules and packages outside of `plant` whose code flies."""
 

@@ -12,6 +12,7 @@ it is first asked for, because compilers and plotting libraries take seconds to 
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 _HOMES = {
@@ -71,15 +72,22 @@ def __getattr__(name: str) -> Any:
         return version()
     for home, names in _HOMES.items():
         if name in names:
-            value = getattr(import_module(home), name)
-            globals()[name] = value
-            return value
+            return _public(name, getattr(import_module(home), name))
     from tuner.extension import added, load
 
     reference = added("api").get(name)
     if reference is None:
         raise AttributeError(f"module 'tuner' has no attribute '{name}'")
-    value = globals()[name] = load(reference)
+    return _public(name, load(reference))
+
+
+def _public(name: str, value: Any) -> Any:
+    """Keep a public value under its name and return it; arguments of functions are checked."""
+    if isinstance(value, FunctionType):
+        from tuner.api.border import checked
+
+        value = checked(value)
+    globals()[name] = value
     return value
 
 

@@ -26,7 +26,7 @@ NAVIGATION = {
         "how_to/noise_and_battery", "airframes",
     ),
     "Limits and objectives": (
-        "how_to/objectives", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
+        "how_to/objectives", "units", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
         "how_to/start_from_a_run",
     ),
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/confirm"),

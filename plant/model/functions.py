@@ -6,6 +6,7 @@ elsewhere would stay in Python.
 """
 
 import ast
+import builtins
 import inspect
 import linecache
 import textwrap
@@ -145,16 +146,17 @@ def _check_names(function: FunctionType, file: str, memory: str) -> None:
             instead = f"; write {BUILTINS[name]}" if BUILTINS[name] else ""
             message = f"uses the builtin '{name}', which backends cannot replace{instead}"
             raise InputError(message, file=place_of(function, file), key=function.__name__)
-        if value is None or isinstance(value, ALLOWED) or value in vars(primitives).values():
-            continue
-        if isinstance(value, ModuleType) or (callable(value) and not _is_record(value)):
-            allowed = ", ".join(primitives.__all__)
+        is_missing = name not in function.__globals__ and not hasattr(builtins, name)
+        is_outside = isinstance(value, ModuleType) or (callable(value) and not _is_record(value))
+        is_allowed = value is None or isinstance(value, ALLOWED) or value in vars(primitives).values()
+        if is_missing or (is_outside and not is_allowed):
+            why = "the file does not define" if is_missing else "backends cannot replace"
             raise InputError(
-                f"uses '{name}', which backends cannot replace; take from plant.primitives: {allowed}",
+                f"uses '{name}', which {why}; take from plant.primitives: {', '.join(primitives.__all__)}",
                 file=place_of(function, file),
                 key=function.__name__,
             )
-        if not _is_record(value):
+        if not is_allowed and not _is_record(value):
             message = HIDDEN.replace("{name}", name).replace("{memory}", memory)
             raise InputError(message, file=place_of(function, file), key=function.__name__)
 

@@ -8,7 +8,7 @@ shifts frequency and damping by |z|^4/120 of |s|; a fast one only has to be sett
 """
 
 from collections.abc import Sequence
-from math import ceil
+from math import ceil, tau
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ NUDGE = 1e-5
 MAX_ERROR = 1e-3
 # Damping ratio below which a mode counts as one of that damping: controllers damp modes that have none.
 MIN_DAMPING = 1e-3
+# Least of what a mode does in a period that counts, above the rounding error of a pole at 0.
+ROUNDING = 1e-9
 # Largest |z|: the modes of drawn plants may be 1.85 times as fast before the method diverges, at 2.785.
 MAX_STRIDE = 1.5
 # Most steps in a control period that a study takes of itself.
@@ -55,7 +57,8 @@ def poles_at_rest(plant: PlantModel, parameters: Any, actuators: Sequence[Actuat
 def accurate_steps(z: Array) -> int:
     """Return the fewest steps that take modes (n,) accurately over a period in which they do z = T s; above 100 within 1 %."""
     grown = np.maximum(np.real(z), 0.0)
-    exact, allowed = np.exp(z - grown), MAX_ERROR * np.clip(np.abs(np.real(z)), MIN_DAMPING * np.abs(z), 1.0)
+    exact = np.exp(z - grown)
+    allowed = MAX_ERROR * np.clip(np.abs(np.real(z)), np.maximum(MIN_DAMPING * np.abs(z), ROUNDING), 1.0)
     steps = max(1, ceil(np.abs(z).max(initial=0.0) / MAX_STRIDE - 1e-9))
     while np.any(np.abs((_factor(z / steps) * np.exp(-grown / steps)) ** steps - exact) > allowed):
         steps += 1 + steps // 100
@@ -69,6 +72,7 @@ def accurate_timing(poles: Array, control_period: float) -> Timing:
     """
     steps = accurate_steps(control_period * poles)
     if steps > MAX_STEPS:
+        _refuse_unsampled(poles, control_period)
         raise InputError(
             f"not given; {_fastest(poles)}, which takes {steps} steps in a control period, and up to {MAX_STEPS} are taken by "
             f"default: leave out what settles so fast, or write plant_step = {control_period / steps:.12g} and wait",
@@ -87,6 +91,18 @@ def check_plant_step(poles: Array, timing: Timing) -> None:
             f"given {timing.plant_step:g} s; {_fastest(wrong)}, which would grow at such steps: leave plant_step out, or write "
             f"plant_step = {enough:.12g}",
             key="plant_step",
+        )
+
+
+def _refuse_unsampled(poles: Array, control_period: float) -> None:
+    """Refuse a control period [s] below two samples in each swing."""
+    fastest, sampled = poles[np.argmax(np.abs(poles))], 0.5 / control_period
+    swing = abs(fastest.imag) / tau
+    if swing > sampled:
+        raise InputError(
+            f"given {control_period:g} s; at rest a mode swings at {swing:.4g} Hz, above half the sampling rate, "
+            f"{sampled:.4g} Hz: write a control period up to {0.5 / swing:.3g} s",
+            key="control_period",
         )
 
 

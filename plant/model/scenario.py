@@ -177,14 +177,26 @@ def outputs_at_rest(loop: PlantLoop, parameters: Any) -> list[float]:
 
 def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.random.Generator) -> tuple[Array, Array]:
     """Draw the constants of a plant (rows,) and the body (rows,) at rest in which it starts."""
-    kind = loop.plant.Parameters
-    width = np.array([spec.spread.get(name, 0.0) for name in paths(kind)])
-    factors = 1.0 + width * draw.uniform(-1.0, 1.0, len(width))
-    for widths in spec.joint_spread:
-        factors += draw.uniform(-1.0, 1.0) * np.array([widths.get(name, 0.0) for name in paths(kind)])
-    flown = pack(kind, (factors * np.array(flatten(parameters), dtype=float)).tolist())
+    own = draw.uniform(-1.0, 1.0, size(type(parameters)))
+    flown = varied(spec, parameters, own, draw.uniform(-1.0, 1.0, len(spec.joint_spread)))
     dynamics, body = resting(loop, flown)
     return np.array(flatten(dynamics), dtype=float), np.array(flatten(body), dtype=float)
+
+
+def varied(spec: PlantScenario, parameters: Any, own: Array, joint: Array) -> Any:
+    """Return parameters in a spread.
+
+    Args:
+        spec: Scenario with the spread.
+        parameters: Nominal parameters.
+        own: Place of each parameter (n,) in its own spread, -1 to 1.
+        joint: Place (m,) in each joint spread.
+    """
+    names = paths(type(parameters))
+    factors = 1.0 + np.array([spec.spread.get(name, 0.0) for name in names]) * own
+    for widths, place in zip(spec.joint_spread, joint, strict=True):
+        factors += place * np.array([widths.get(name, 0.0) for name in names])
+    return pack(type(parameters), (factors * np.array(flatten(parameters), dtype=float)).tolist())
 
 
 def _disturbances(spec: PlantScenario, loop: PlantLoop, times: Array, source: RandomSource, i: int) -> Array:

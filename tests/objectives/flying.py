@@ -22,9 +22,13 @@ H = 0.004
 LIMITS = MetricLimits(position_error=50.0, command_peak=3.0)
 METERS = with_accumulators(
     MeterModel(bundled.Meters, bundled.start, bundled.update),
-    [parse(m.name) for m in METRICS.values() if m.scope == "flight"],
+    [
+        parse(name)
+        for m in METRICS.values()
+        for name in ([m.name] if m.scope == "flight" else [f"{m.name}.{axis}" for axis in AXES])
+    ],
 )
-"""The meters of every flight and those that metrics of the whole flight bring along."""
+"""The meters of every flight and those that metrics bring along."""
 WIDTH = len(paths(METERS.Meters))
 
 Signal = Callable[[float], tuple[float, float]]

@@ -1,14 +1,18 @@
 """Results and gains on the same flights."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
-from plant.errors import InputError
-from tuner.api.gains import Gains
+from tuner.api.gains import Gains, default_of
 from tuner.api.results import ComparisonResults, Results
 from tuner.api.studies import StudyLike, gains_study, refuse_codeless
 from tuner.experiments.compare import run as comparing
+from tuner.experiments.compare.entrants import Entrant, read_entrants
 from tuner.search.watcher import Watcher
+from tuner.study.files import named_study
 
 
 def compare(
@@ -25,9 +29,9 @@ def compare(
     All fly through the same scenarios.
 
     Args:
-        entrants: Two or more results folders, gains files, or what was opened or read from them.
+        entrants: Two or more results folders, gains files, studies for their default, or gains and results in memory.
         out: New folder for numbers, figures and a page.
-        study: Study whose scenarios are flown; by default that of the first results folder.
+        study: Study whose scenarios are flown; by default that of the first results folder or study.
         flights: Flights of each scenario; by default the study's held_out.
         watcher: Callbacks that hear of progress.
         threads: Threads, by default one for each core.
@@ -45,19 +49,37 @@ def compare(
         'first'
 
     """
-    given = None if study is None else gains_study(study, "tuner compare --study")
+    studies = [*([] if study is None else [study]), *filter(None, map(_study_of, entrants))]
+    given = gains_study(studies[0], "tuner compare --study") if studies else None
     folder = None if out is None else Path(out)
-    paths = [path_of(entrant) for entrant in entrants]
-    for path in paths:
-        refuse_codeless(path)
-    return ComparisonResults(folder, comparing.compare(paths, given, flights, folder, watcher, threads))
+    return ComparisonResults(folder, comparing.compare(_read(entrants), given, flights, folder, watcher, threads))
 
 
-def path_of(entrant: str | Path | Results | Gains) -> Path:
-    """Return the path of an entrant; InputError where it stands in no file."""
+def _study_of(entrant: str | Path | Results | Gains) -> StudyLike | None:
+    """Return the study of an entrant that is no results folder."""
+    return named_study(Path(entrant)) if isinstance(entrant, str | Path) else getattr(entrant, "study", None)
+
+
+def _read(entrants: Sequence[str | Path | Results | Gains]) -> list[Entrant]:
+    """Return entrants; gains in no file have the name of their study, or of their place."""
+    names, paths = dict[Path, str](), list[Path]()
+    with ExitStack() as stack:
+        for place, entrant in enumerate(entrants, 1):
+            path = path_of(entrant)
+            if path is None or named_study(path) is not None:
+                gains = entrant if isinstance(entrant, Gains) else default_of(cast(Path, path))
+                name = f"gains-{place}" if path is None else path.stem
+                path = stack.enter_context(gains.file())
+                names[path] = name
+            refuse_codeless(path)
+            paths.append(path)
+        read = read_entrants(paths)
+    named = [(each, names.get(each.source)) for each in read]
+    return [each if name is None else replace(each, name=name, source=Path(name)) for each, name in named]
+
+
+def path_of(entrant: str | Path | Results | Gains) -> Path | None:
+    """Return the path of an entrant, None for gains in memory."""
     if isinstance(entrant, str | Path):
         return Path(entrant)
-    path = entrant.home if isinstance(entrant, Results) else entrant.path
-    if path is None:
-        raise InputError("these gains are in no file; write them first: gains.write('name.json')")
-    return path
+    return entrant.home if isinstance(entrant, Results) else entrant.path

@@ -53,19 +53,19 @@ def quadrotor_setup(controller: Controller, study: StudyLike | None, scenario: i
     laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
     if study is None:
         system = system_of(controller, LIMITS)
-        spec, root = usual_scenario(system), seed
+        spec, root, named = usual_scenario(system), seed, []
     else:
         given = tuning_study(study, "tuner fly --study")
         system = system_of(controller, given.system.limits)
-        spec, root = spec_of(given, scenario), given.seed
-    return FlightSetup(system, row, spec, root, laws, shown_metrics(system, spec))
+        spec, root, named = spec_of(given, scenario), given.seed, given.judged_metrics
+    return FlightSetup(system, row, spec, root, laws, shown_metrics(system, spec, named))
 
 
 def plant_setup(controller: PlantController, scenario: int) -> FlightSetup:
     """Return a scenario of the study that closes a plant's loops."""
     study = controller.study
     spec, laws = spec_of(study, scenario), dict(study.about)["laws"]
-    metrics = shown_metrics(study.system, spec)
+    metrics = shown_metrics(study.system, spec, study.judged_metrics)
     return FlightSetup(study.system, np.array(controller.gains), spec, study.seed, laws, metrics)
 
 

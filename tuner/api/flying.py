@@ -188,6 +188,8 @@ def fly(
 def drawn_setup(flight_setup: FlightSetup, flights: int, flight: str | None) -> FlightSetup:
     """Return a setup with its draws: so many flights, or one by its name."""
     if flight is None:
+        if flights < 1:
+            raise InputError(f"given {flights}; allowed: 1 or more", key="flights")
         return replace(flight_setup, draws=(HELD_OUT, range(flights)))
     for reference in added("flights").values():
         single: FlightSetup | None = load(reference)(flight_setup, flight)

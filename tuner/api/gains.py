@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, NotRequired, Self, TypeAlias, TypedDict, cast
+from typing import TYPE_CHECKING, NotRequired, Self, TypeAlias, TypedDict, cast, overload
 
 import numpy as np
 
@@ -20,10 +20,11 @@ from plant.quadrotor.gains import gain_addresses
 from plant.texts import PlainTable
 from tuner.analysis.margins.judging import Judged, judge_plant, judge_quadrotor
 from tuner.api import AIRFRAME, POSITION_LAW
+from tuner.api.border import checked
 from tuner.api.changed_gains import changed_values, reread
 from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
 from tuner.api.frames import frame, shown
-from tuner.api.studies import StudyLike, plant_study, study_in, tuning_study
+from tuner.api.studies import StudyLike, gains_study, plant_study, study_in, tuning_study
 from tuner.gains import Controller, TunedLoops, plant_gains_document, to_document
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
@@ -31,7 +32,7 @@ from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.document import write_new
 from tuner.study.files import named_study
-from tuner.study.kinds import AnyStudy, load_gains_study
+from tuner.study.kinds import AnyStudy
 from tuner.study.plant_controller import PlantController
 from tuner.study.plant_study import PlantStudy
 
@@ -154,6 +155,7 @@ class Gains(Refusals, Mapping[str, float]):
         ]
         return frame(rows, "gain")
 
+    @checked
     def replace(self, values: Mapping[str, float] | None = None, **named: float) -> Self:
         """Return the gains with other values.
 
@@ -387,7 +389,9 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     """
     path = Path(path)
     if (study := named_study(path)) is not None:
-        return _default_of_study(study, airframe)
+        if airframe is not None:
+            raise InputError("a study names its airframe; leave the other out", file=study)
+        return default_of(study)
     if path.is_dir():
         # Documents of all kinds of folders, which a file alone needs not.
         from tuner.documents.opening import gains_file
@@ -401,14 +405,13 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     return gains_in(document, path, path.resolve().parent)
 
 
-def _default_of_study(path: Path, airframe: str | None) -> Gains:
-    if airframe is not None:
-        raise InputError("a study names its airframe; leave the other out", file=path)
-    study = load_gains_study(path, "gains of its default")
-    document = study.gains_document(study.default_row, {})
+def default_of(study: StudyLike) -> Gains:
+    """Return the default gains of a study."""
+    given = gains_study(study, "gains of its default")
+    document = given.gains_document(given.default_row, {})
     if document["format"] == PLANT_FORMAT:
-        return gains_in(document, None, path.parent).with_study(study)
-    return QuadrotorGains(document, controller=study.controller(study.default_row))
+        return gains_in(document, None, given.path.parent).with_study(given)
+    return QuadrotorGains(document, controller=given.controller(given.default_row))
 
 
 def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
@@ -425,11 +428,15 @@ def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
     return PlantGains(document, path, loops=TunedLoops.read(document, path), folder=home)
 
 
-def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> QuadrotorGains:
-    """Return the default gains of two laws.
+@overload
+def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> QuadrotorGains: ...
+@overload
+def default_gains(attitude: AnyStudy | Path) -> Gains: ...
+def default_gains(attitude: StudyLike, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> Gains:
+    """Return the default gains of two laws, or of a study.
 
     Args:
-        attitude: Name of the attitude law; see `catalogue("laws")`.
+        attitude: Name of the attitude law; see `catalogue("laws")`. Or a study, or its TOML file.
         position: Name of the position law.
         airframe: Bundled name or TOML file of an airframe.
 
@@ -445,6 +452,8 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
         'rad^(1/2) s^(-3/2)'
 
     """
+    if not isinstance(attitude, str) or attitude.endswith(".toml"):
+        return default_of(attitude)
     cascade = close_cascade(find_law(position), find_law(attitude))
     return gains_of(Controller.default(load_airframe(airframe, allow_unphysical=True), cascade), {})
 

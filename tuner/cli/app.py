@@ -15,6 +15,7 @@ from plant.errors import InputError
 from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
 from tuner.extension import extensions, refuse_lacking
+from tuner.text.pairs import named_number, named_text
 from tuner.text.signals import CRASHED
 
 CODE = "--code"
@@ -217,12 +218,20 @@ Threads = Annotated[int | None, typer.Option(help=THREADS.help, min=THREADS.leas
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON only.")]
 PositionLaw = Annotated[str, law_option("Position law, with --law.")]
 Airframe = Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)]
+Gain = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another value of a gain; give it again for others.")
+]
 Seeds = Annotated[int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)]
 
 
 def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
     """Return --set and --firmware as NAME=VALUE texts."""
     return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
+
+
+def gains_of(change: list[str] | None) -> dict[str, float]:
+    """Return the values of --gain by name."""
+    return dict(named_number(text, "--gain", "roll.kp=12") for text in change or [])
 
 
 def set_option(about: str) -> Any:
@@ -240,9 +249,7 @@ def parse_changes(given: list[str] | None) -> PlainTable:
     """Turn KEY=VALUE texts into values; a value is read as TOML, and as plain text where it is none."""
     parsed: PlainTable = {}
     for change in given or []:
-        key, equals, text = change.partition("=")
-        if not equals or not key:
-            raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
+        key, text = named_text(change, "--set", "search.generations=3", "KEY=VALUE")
         try:
             parsed[key] = toml_table(f"value = {text}", Path("--set"))["value"]
         except InputError:

@@ -14,10 +14,12 @@ from tuner.cli.answer import Messages, answer, progress
 from tuner.cli.app import (
     Airframe,
     AsJson,
+    Gain,
     GainsFile,
     PositionLaw,
     Threads,
     app,
+    gains_of,
     law_option,
     study_option,
 )
@@ -26,10 +28,6 @@ from tuner.text.errors import BROKEN, USER_ERROR
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked
-
-Gain = Annotated[
-    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another value of a gain; give it again for others.")
-]
 
 
 @app.command()
@@ -149,18 +147,9 @@ def gains_or_law(
         given = tuner.default_gains(law, position_law, airframe or AIRFRAME)
     else:
         raise InputError(f"give either a gains.json, a study or --law NAME, for instance: {example}")
-    return given.replace(dict(map(named_value, change))) if change else given
+    return given.replace(gains_of(change)) if change else given
 
 
 def study_of(gains: Path | None, study: Path | None) -> Path | None:
     """Return the given study, by default the one in place of gains."""
     return named_study(gains) if study is None and gains is not None else study
-
-
-def named_value(text: str) -> tuple[str, float]:
-    """Return name and value of an option NAME=VALUE."""
-    name, equals, number = text.partition("=")
-    try:
-        return name.strip(), float(number if equals else "")
-    except ValueError:
-        raise InputError(f"given '{text}'; write NAME=VALUE, for instance roll.kp=12", key="--gain") from None

@@ -8,7 +8,7 @@ import typer
 import tuner
 from plant.errors import InputError
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AsJson, Folder, Seeds, Threads, app, study_option
+from tuner.cli.app import AsJson, Folder, Gain, Seeds, Threads, app, gains_of, study_option
 
 
 @app.command()
@@ -23,11 +23,15 @@ def report(results: Folder) -> None:
 @app.command()
 def compare(
     what: Annotated[
-        list[Path], typer.Argument(help="Results folders and gains files, two or more.", metavar="RESULTS|GAINS")
+        list[Path],
+        typer.Argument(
+            help="Results folders, gains files, studies (their default); two or more.", metavar="RESULTS|GAINS"
+        ),
     ],
     study: Annotated[
         Path | None, study_option("Fly the scenarios of this study; default: those of the first results folder.")
     ] = None,
+    gain: Gain = None,
     seeds: Seeds = None,
     out: Annotated[Path | None, typer.Option(help="Write numbers, figures and a page into this new folder.")] = None,
     threads: Threads = None,
@@ -35,10 +39,17 @@ def compare(
 ) -> None:
     """Compare results or gains with the first, paired, on the same flights.
 
+    With --gain, the first with other values of its gains is one more entrant.
+
     Example: tuner compare results/quickstart gains.json --seeds 256 --out comparison
+
+    Example: tuner compare studies/dc_motor.toml --gain angle.kp=12
     """
+    entrants: list[Path | tuner.Gains] = list(what)
+    if gain:
+        entrants.append(tuner.read_gains(what[0]).replace(gains_of(gain)))
     with progress(as_json) as watcher:
-        result = tuner.compare(what, out, study=study, flights=seeds, watcher=watcher, threads=threads)
+        result = tuner.compare(entrants, out, study=study, flights=seeds, watcher=watcher, threads=threads)
     answer(result, as_json)
 
 

@@ -9,6 +9,7 @@ from plant.quadrotor.airframes import Airframe
 from tuner.exchange.c99 import export as c99
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
 from tuner.extension import objects, refuse_lacking
+from tuner.text.pairs import named_text
 
 
 @cache
@@ -48,9 +49,7 @@ def settings_of(target: ExportTarget | Importer, given: Sequence[str]) -> dict[s
     options = {option.name: option for option in target.options}
     values: dict[str, str] = {}
     for entry in given:
-        name, sign, value = entry.partition("=")
-        if not sign:
-            raise InputError(f"given '{entry}'; write NAME=VALUE, for instance {_example(target)}", key="--set")
+        name, value = named_text(entry, "--set", _example(target))
         if name not in options:
             if name == FIRMWARE:
                 raise InputError(f"given '{value}'; '{target.name}' does not ask for it, leave it out", key=flag(name))

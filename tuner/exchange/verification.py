@@ -86,8 +86,7 @@ def plant_loops(controller: PlantController) -> Loops:
     """Return a plant's loops in its study's first scenario; with its objectives and the usual limits."""
     study = controller.study
     spec = study.scenarios[0].spec
-    judged = [entry.metric for entry in (*study.objectives, *(entry.objective for entry in study.constraints))]
-    metrics = [metric.text for metric in judged if is_judged(study.system, metric, spec)]
+    metrics = [metric.text for metric in study.judged_metrics if is_judged(study.system, metric, spec)]
     return Loops(
         study.system,
         controller.gains,

@@ -92,7 +92,8 @@ def check_multiple(period: float, part: float, key: str, of: str) -> None:
     """Refuse a time that is no multiple of another; key, of: their names."""
     count = round(period / part)
     if count < 1 or abs(count * part - period) > MULTIPLE * period:
-        near = max(count, 1) * part
+        near, shorter = max(count, 1) * part, period / ceil(period / part)
+        other = f", or plant_step = {shorter:.12g}" if of == "plant_step" else ""
         raise InputError(
-            f"given {period:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key
+            f"given {period:g} s; this must be a multiple of {of} = {part:g} s: write {near:g} s{other}", key=key
         )

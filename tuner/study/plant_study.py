@@ -169,11 +169,7 @@ class PlantStudy(TuningStudy):
         limits = {(each.name, each.output): each.limit for each in system.plan.outer}
         channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
         plan = plan_loop(system.plant, channels, system.plan.actuators, system.plan.watched)
-        judged = {
-            axis
-            for quantity in (*self.objectives, *[each.objective for each in self.constraints])
-            for axis in quantity.metric.axes
-        }
+        judged = {axis for metric in self.judged_metrics for axis in metric.axes}
         missing = sorted(judged - set(plan.judged))
         if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
             raise InputError(
@@ -198,9 +194,8 @@ class PlantStudy(TuningStudy):
     @property
     def own_code(self) -> dict[str, dict[str, str] | None]:
         """Digests of the user's laws and metrics, by table and name; None where there are none."""
-        judged = [*self.objectives, *[entry.objective for entry in self.constraints]]
         laws = origins(channel.law for channel in self.system.plan.channels)
-        return {"law": laws or None, "metric": origins(entry.metric.metric for entry in judged) or None}
+        return {"law": laws or None, "metric": origins(entry.metric for entry in self.judged_metrics) or None}
 
     def _values(self) -> PlainTable:
         system = self.system
@@ -269,9 +264,10 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         constraints = with_plant_floor(
             judging.constraints, judging.objectives, flights, system, space, table.seed, mission
         )
-        margins = margins_asked(table.margin, path, system)
+        specs = [entry.spec for entry in scenarios]
+        margins = margins_asked(table.margin, path, system, specs)
         unique("margin", [entry.label for entry in margins])
-        screens = (margin_screen_of(margins, path, system, space),) if margins else ()
+        screens = (margin_screen_of(margins, path, system, space, specs),) if margins else ()
         return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.margins.requirement import MarginRequirement
+from objectives.metrics import MetricAddress
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement
 from objectives.risk import RELEVANT
@@ -207,6 +208,11 @@ class SearchedStudy:
 
     def _repr_html_(self) -> str:
         raise NotImplementedError
+
+    @property
+    def judged_metrics(self) -> list[MetricAddress]:
+        """Metrics of its objectives and constraints."""
+        return [entry.metric for entry in (*self.objectives, *(each.objective for each in self.constraints))]
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

@@ -238,11 +238,10 @@ class Study(TuningStudy):
     @property
     def own_code(self) -> dict[str, dict[str, str]]:
         """Digests of the user's laws, metrics and references, by table and name."""
-        judged = [*self.objectives, *[entry.objective for entry in self.constraints]]
         kinds = {type(entry.spec.reference): None for entry in self.scenarios}
         by_table = {
             "law": origins(self.system.laws.values()),
-            "metric": origins(entry.metric.metric for entry in judged),
+            "metric": origins(entry.metric for entry in self.judged_metrics),
             "reference": origins(kinds, "kind"),
         }
         return {table: digests for table, digests in by_table.items() if digests}

@@ -107,7 +107,16 @@ def test_completed_flights_respect_the_bound_without_being_held_to_it(address: s
     assert np.all(np.isfinite(values))
     where, meters = parse(address), unpack(METERS.Meters, FLIGHTS)
     if where.axes:
-        parts = [AxisView(getattr(meters, a), getattr(AIMS, a), LARGEST[a], COMPLETE) for a in where.axes]
+        parts = [
+            AxisView(
+                getattr(meters, a),
+                getattr(AIMS, a),
+                LARGEST[a],
+                COMPLETE,
+                None if where.metric.accumulator is None else getattr(meters, where.metric.meter_name(a)),
+            )
+            for a in where.axes
+        ]
     else:
         own = None if where.metric.accumulator is None else getattr(meters, where.metric.meter_name())
         parts = [FlightView(meters, COMPLETE, own)]
@@ -165,6 +174,8 @@ def test_failed_flights_cost_more_than_any_completed_and_less_the_longer_they_la
         ("saturation", 1.0),
         ("command_peak", 3.0),
         ("noise", 6.0),
+        ("step_itae.x", 0.5 * 5.0 * (25 * H) ** 2),
+        ("final_overshoot.z", 200.0 * 5.0 / 0.1),
     ],
 )
 def test_a_failure_halfway_costs_one_and_a_half_bounds(address: str, bound: float) -> None:

@@ -26,6 +26,7 @@ WRONG = {
     "an assertion": (CURRENT, CURRENT + "    assert current < 3.0\n", "assert", "cannot fail"),
     "a loop": (CURRENT, CURRENT + "    for _ in range(3):\n        current = 0.5 * current\n", "for _", "loop"),
     "a builtin": (CURRENT, CURRENT + "    current = max(current, 0.0)\n", "def derivative", "maximum"),
+    "a name of nothing": (CURRENT, CURRENT + "    current = sine(current)\n", "def derivative", "uses 'sine', which the file does not define; take from plant.primitives: absolute, asin"),
     "print": (CURRENT, CURRENT + "    print(current)\n", "def derivative", "builtin 'print'"),
     "NumPy": ("from typing", "import numpy as np\nfrom typing", "def derivative", "plant.primitives"),
     "a NumPy function": ("from typing", "from numpy import sin\nfrom typing", "def derivative", "plant.primitives"),
@@ -143,7 +144,7 @@ PLANS = {
     "a negative delay": (lambda: Actuator("voltage", delay=-0.001), "0 s or more"),
     "an infinite lag": (lambda: Actuator("voltage", lag=inf), "0 s or more"),
     "a delay that does not divide": (lambda: Actuator("voltage", delay=0.0015).periods(0.001), "whole number"),
-    "a delay too long": (lambda: Actuator("voltage", delay=0.2).periods(0.001), "128"),
+    "a delay too long": (lambda: Actuator("voltage", delay=1.2).periods(0.001), "up to 1024, a control period from 0.00117 s"),
 }  # fmt: skip
 
 

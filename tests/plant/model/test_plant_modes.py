@@ -86,6 +86,18 @@ def timing_of_a_system(lag, plant_step):
     return plant_system(names, "kiln", channels, actuators, control_period=PERIOD, plant_step=plant_step).timing
 
 
+def test_a_mode_that_swings_too_fast_for_the_period_is_refused_with_a_period():
+    poles = np.array([-0.01 + 2.0j, -0.01 - 2.0j])
+    with pytest.raises(
+        InputError, match=r"given 200 s; at rest a mode swings at 0.3183 Hz, .* 0.0025 Hz: .* up to 1.57 s"
+    ):
+        accurate_timing(poles, 200.0)
+
+
+def test_a_pole_at_zero_that_rounding_moved_takes_one_step():
+    assert accurate_timing(np.array([3e-16 + 0.0j, -2e-16]), 2.0).plant_step == 2.0
+
+
 @pytest.mark.parametrize("timing", [timing_in_a_study, timing_of_a_system])
 def test_a_study_and_a_system_take_and_refuse_the_same_lags(timing):
     assert timing(0.001, None).steps == 27

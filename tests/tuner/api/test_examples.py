@@ -95,11 +95,11 @@ def test_every_docstring_tells_its_arguments_and_has_an_example():
 def test_public_names_are_those_of_the_core_and_of_extensions_and_all_have_types():
     core = {name: home for home, names in tuner._HOMES.items() for name in names}
     for name, home in core.items():
-        assert getattr(import_module(home), name) is getattr(tuner, name)
+        assert getattr(import_module(home), name) is inspect.unwrap(getattr(tuner, name))
     references = added("api")
     assert sorted([*core, *references]) == list(tuner.__all__)
     for name, reference in references.items():
-        assert load(reference) is getattr(tuner, name)
+        assert load(reference) is inspect.unwrap(getattr(tuner, name))
     stub = Path(tuner.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
     homes = core | {name: reference.partition(":")[0] for name, reference in references.items()}
     typed = dict(

@@ -210,8 +210,9 @@ def test_compare(case, tmp_path):
     compared = tuner.compare([case.gains, other], study=case.study, flights=8)
     assert isinstance(compared, tuner.ComparisonResults)
     assert compared.summary.index.tolist() == ["run", "other"]
-    with pytest.raises(InputError, match="are in no file"):
-        tuner.compare([case.gains, case.results.default], study=case.study)
+    in_memory = tuner.compare([case.gains, case.results.default], study=case.study, flights=8)
+    assert in_memory.summary.index.tolist() == ["run", "gains-2"]
+    assert in_memory.summary.to_numpy().tolist() == compared.summary.to_numpy().tolist()
 
 
 def test_rejudge(case, tmp_path):

@@ -270,11 +270,12 @@ def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | N
 
     None where the study has no [[margin]] tables.
     """
-    requirements = margins_asked(study.table.margin, study.path, study.system)
+    specs = [entry.spec for entry in study.scenarios]
+    requirements = margins_asked(study.table.margin, study.path, study.system, specs)
     if not requirements:
         return None
     return limited_rows(
-        requirements, margin_values(requirements, study.path, study.system, study.space).values(row[None])
+        requirements, margin_values(requirements, study.path, study.system, study.space, specs).values(row[None])
     )
 
 

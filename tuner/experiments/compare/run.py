@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar
 
 from tuner.documents.comparison_document import ComparisonDocument
 from tuner.experiments.compare.document import difference_row, shared_keys
-from tuner.experiments.compare.entrants import read_entrants
+from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.compare.flying import PreparedContender, fly_groups
 from tuner.experiments.compare.plan import MAX_POINTS, ComparisonPlan, base_study, plan_comparison
 from tuner.experiments.compare.result import Result, groups_of
@@ -118,7 +118,7 @@ class ComparisonRun(ComparedRun[ComparisonStudy, Result]):
 
 
 def compare(
-    paths: list[Path],
+    entrants: list[Entrant],
     study: TuningStudy | None = None,
     seeds: int | None = None,
     out: Path | None = None,
@@ -130,14 +130,13 @@ def compare(
     Returns the content of comparison.json. Raises InputError where they cannot be compared.
 
     Args:
-        paths: Results folders and gains files.
+        entrants: Controllers of results folders and gains files.
         study: Study of the scenarios, by default that of the first results folder.
         seeds: Flights of each scenario, by default the study's held_out.
         out: A new folder to write the comparison to, or None.
         watcher: Callbacks that hear of progress.
         threads: Threads, by default one for each core.
     """
-    entrants = read_entrants(paths)
     plan = plan_comparison(entrants, base_study(entrants, study, seeds))
     folder = None if out is None else Folder.create(out, inside=ComparisonRun.inside)
     return comparison_document(plan, ComparisonRun(plan, folder, watcher, threads).carry_out())

@@ -26,15 +26,30 @@ FURTHER_STEP = """\
 
 def binding(controller: Controller, exposed: Sequence[FmuVariable], heading: Sequence[str], guid: str) -> str:
     """Return binding.h, which ties the general FMI code to a controller."""
-    inputs, outputs, constants = ([entry for entry in exposed if entry.kind == kind] for kind in KINDS)
     delayed = controller.options.delay
+    words = {"when": AHEAD if delayed else AT_ONCE, "ahead": FURTHER_STEP if delayed else ""}
+    return filled_binding("binding.h", controller.control_period, exposed, heading, guid=guid, **words)
+
+
+def filled_binding(
+    template: str, period: float, exposed: Sequence[FmuVariable], heading: Sequence[str], **words: str
+) -> str:
+    """Return binding.h of a template.
+
+    Args:
+        template: Name of the template.
+        period: Control period [s].
+        exposed: Variables of the FMU.
+        heading: Lines at its top.
+        words: Further words of the template, among them the GUID.
+    """
+    inputs, outputs, constants = ([entry for entry in exposed if entry.kind == kind] for kind in KINDS)
     return filled(
         "tuner.extensions.fmi",
-        "binding.h",
+        template,
         heading="\n   ".join(heading),
-        guid=guid,
-        period=controller.control_period,
-        period_text=f"{controller.control_period:.10g}",
+        period=period,
+        period_text=f"{period:.10g}",
         inputs=len(inputs),
         outputs=len(outputs),
         constants=len(constants),
@@ -43,8 +58,7 @@ def binding(controller: Controller, exposed: Sequence[FmuVariable], heading: Seq
         constant_values=_values(constants),
         take="\n".join(f"    {entry.member} = (gainproof_real)in[{i}];" for i, entry in enumerate(inputs)),
         give="\n".join(f"    out[{i}] = (double)command.{entry.member};" for i, entry in enumerate(outputs)),
-        when=AHEAD if delayed else AT_ONCE,
-        ahead=FURTHER_STEP if delayed else "",
+        **words,
     )
 
 

@@ -19,18 +19,23 @@ SCALES = {"us": 1e-6, "%": 0.01}
 FACTOR = re.compile(r"(/?)\s*([A-Za-z]+|1|%)(?:\^(?:\((-?\d+(?:/\d+)?)\)|(-?\d+)))?\s*")
 
 
-def exponents(unit: str) -> dict[str, Fraction]:
-    """Return the nonzero exponents of kg, m, s, rad; of a unit like "rad/s", "N m" or "rad^(1/2) s^(-3/2)"."""
+def exponents(unit: str) -> dict[str, Fraction] | None:
+    """Return the nonzero exponents of kg, m, s, rad; of a unit like "rad/s", "N m" or "rad^(1/2) s^(-3/2)".
+
+    None for a unit of others, such as those of a user's plant.
+    """
     total: dict[str, Fraction] = {}
     place = 0
     while place < len(unit):
         matched = FACTOR.match(unit, place)
-        assert matched is not None, f"'{unit}' is no unit of ours"
+        if matched is None:
+            return None
         slash, symbol, fraction, digits = matched.groups()
         power = Fraction(fraction or digits or 1) * (-1 if slash else 1)
         parts: Mapping[str, int] = DERIVED.get(symbol) if symbol in DERIVED else {symbol: 1}  # pyright: ignore
         for base, count in parts.items():
-            assert base in BASE, f"'{unit}' has the unknown unit '{symbol}'"
+            if base not in BASE:
+                return None
             total[base] = total.get(base, Fraction(0)) + power * count
         place = matched.end()
     return {base: power for base, power in total.items() if power}
@@ -39,10 +44,10 @@ def exponents(unit: str) -> dict[str, Fraction]:
 def base_unit(unit: str) -> dict[str, float] | None:
     """Return exponents and factor, if any, by attributes of a BaseUnit.
 
-    Exponents are integers; None where one is a fraction, which FMI 2.0 and SSP cannot say.
+    Exponents are integers; None for an unknown unit, and where one is a fraction, which FMI 2.0 and SSP cannot say.
     """
     matched = exponents(unit)
-    if any(power.denominator != 1 for power in matched.values()):
+    if matched is None or any(power.denominator != 1 for power in matched.values()):
         return None
     factor = {"factor": SCALES[unit]} if unit in SCALES else {}
     return {base: int(matched[base]) for base in BASE if base in matched} | factor

@@ -10,10 +10,11 @@ without a unit and its description names it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from tuner.exchange.target import Request
 from tuner.exchange.texts import heading, xml_text
-from tuner.extensions.fmi.variables import FmuVariable, base_unit, gain_variables
+from tuner.extensions.fmi.variables import FmuVariable, base_unit
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 
@@ -43,18 +44,31 @@ def _text(value: object) -> str:
 IDENTIFIER = "gainproof_controller"
 
 
-def model_description(request: Request, exposed: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
+class ModelText(NamedTuple):
+    """Name and description of an FMU, and its control period [s]."""
+
+    name: str
+    description: str
+    period: float
+
+
+def quadrotor_text(request: Request) -> ModelText:
+    """Return the texts of a quadrotor's controller."""
+    cascade = request.controller.cascade
+    name = f"Quadrotor controller: {cascade.position.name} on position, {cascade.attitude.name} on attitude"
+    return ModelText(name, " ".join(f"{line}." for line in heading(request, str)), request.controller.control_period)
+
+
+def model_description(model: ModelText, exposed: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
     """Return modelDescription.xml; sources: names of the C files to compile."""
-    controller = request.controller
-    laws = f"{controller.cascade.position.name} on position, {controller.cascade.attitude.name} on attitude"
     return document(
         element(
             "fmiModelDescription",
             {
                 "fmiVersion": "2.0",
-                "modelName": f"Quadrotor controller: {laws}",
+                "modelName": model.name,
                 "guid": guid,
-                "description": " ".join(f"{line}." for line in heading(request, str)),
+                "description": model.description,
                 "generationTool": "gainproof",
                 "variableNamingConvention": "structured",
                 "numberOfEventIndicators": 0,
@@ -63,7 +77,7 @@ def model_description(request: Request, exposed: Sequence[FmuVariable], guid: st
                 _co_simulation(sources),
                 element("UnitDefinitions", {}, [_unit(unit) for unit in units_of(exposed)]),
                 element("LogCategories", {}, [element("Category", {"name": "logStatusError"})]),
-                element("DefaultExperiment", {"startTime": 0.0, "stepSize": controller.control_period}),
+                element("DefaultExperiment", {"startTime": 0.0, "stepSize": model.period}),
                 element("ModelVariables", {}, [_variable(i, entry) for i, entry in enumerate(exposed)]),
                 _structure(exposed),
             ],
@@ -128,9 +142,8 @@ SPACES = {
 }
 
 
-def parameter_values(request: Request) -> bytes:
-    """Return the SSV file of the gains; names are those of the FMU's constants."""
-    gains = gain_variables(request.controller)
+def parameter_values(gains: Sequence[FmuVariable], description: str) -> bytes:
+    """Return the SSV file of gains; names are those of the FMU's constants."""
     parameters = []
     for gain in gains:
         unit = {} if base_unit(gain.unit) is None else {"unit": gain.unit}
@@ -145,7 +158,7 @@ def parameter_values(request: Request) -> bytes:
             | {
                 "version": "1.0",
                 "name": "gains",
-                "description": " ".join(f"{line}." for line in heading(request, str)),
+                "description": description,
                 "generationTool": "gainproof",
             },
             [element("ssv:Parameters", {}, parameters), element("ssv:Units", {}, units)],

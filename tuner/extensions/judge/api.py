@@ -1,18 +1,20 @@
 """A second opinion before arming, and parameters read back from a vehicle."""
 
 import warnings
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from plant.errors import InputError
 from plant.input_files import InputFile
 from plant.output_files import make_folders, write_new_file
 from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import Gains, GainsLike
 from tuner.api.margins import announce_compilation
+from tuner.api.studies import StudyLike
 from tuner.documents.assessment import EXIT_CODES, REFUSED, AssessmentDocument
 from tuner.exchange.aboard import plain_name
 from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES
@@ -102,8 +104,8 @@ class ReadBackComparison(Documented):
 
 
 def judge(
-    after: str | Path,
-    before: str | Path | None = None,
+    after: GainsLike,
+    before: GainsLike | None = None,
     *,
     airframe: str | None = None,
     source: str | None = None,
@@ -118,8 +120,8 @@ def judge(
     Loops are those of the firmware with their filters. Both files fly the same vehicles in the same air.
 
     Args:
-        after: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie, or a gains.json. With `before`, parameters that it
-            does not name stay as there.
+        after: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie, gains or a gains.json. With `before`, parameters
+            that it does not name stay as there.
         before: The same of what the vehicle flies at present.
         airframe: Bundled name or TOML file of the vehicle; without it that of gains.json, or the class of the firmware.
         source: "px4", "ardupilot", "betaflight", "crazyflie" or "gains"; guessed from the content by default.
@@ -146,15 +148,17 @@ def judge(
     """
     if before is not None and is_study(before):
         warnings.warn("by a study, tuner.judge is tuner.check_requirements now", DeprecationWarning, stacklevel=2)
-        return check_requirements(after, before, flights=flights, watcher=watcher, threads=threads)  # pyright: ignore[reportReturnType]
+        return check_requirements(after, cast(StudyLike, before), flights=flights, watcher=watcher, threads=threads)  # pyright: ignore[reportReturnType]
     count = FLIGHTS if flights is None else flights
     if count < MIN_FLIGHTS:
         raise InputError(f"given {count}; allowed: at least {MIN_FLIGHTS}", key="--flights")
     stages, heard = Stages(), watcher or default_watcher()
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
-    with folder or nullcontext():
+    with ExitStack() as stack:
+        stack.enter_context(folder or nullcontext())
         with stages.measure("reading"):
-            given = name_files(Path(after), None if before is None else Path(before), source, airframe)
+            present = None if before is None else file_of(before, stack)
+            given = name_files(file_of(after, stack), present, source, airframe)
             fault = given.version_fault
             subjects = None if fault else read_subjects(given)
             reasons = [fault] if subjects is None else missing_basis(subjects)
@@ -170,7 +174,14 @@ def judge(
 
 def is_study(before: object) -> bool:
     """Return True for a study: in memory, a TOML file or a name."""
-    return not isinstance(before, str | Path) or Path(before).suffix == ".toml" or str(before) in shipped_studies()
+    if isinstance(before, str | Path):
+        return Path(before).suffix == ".toml" or str(before) in shipped_studies()
+    return not isinstance(before, Gains)
+
+
+def file_of(gains: GainsLike, stack: ExitStack) -> Path:
+    """Return the file of gains; that of gains in memory is gone with the stack."""
+    return stack.enter_context(gains.file()) if isinstance(gains, Gains) else Path(gains)
 
 
 def read_back(written: str | Path, dump: str | Path, *, source: str | None = None) -> ReadBackComparison:

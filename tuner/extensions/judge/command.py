@@ -8,7 +8,7 @@ import typer
 import tuner
 from plant.errors import InputError
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import SOURCE, Airframe, AsJson, Threads, app
+from tuner.cli.app import SOURCE, Airframe, AsJson, Gain, Threads, app, gains_of
 from tuner.text.errors import BROKEN
 
 
@@ -26,6 +26,7 @@ def judge(
         str | None,
         typer.Option("--from", help="Source: px4, ardupilot, betaflight, crazyflie or gains.", autocompletion=SOURCE),
     ] = None,
+    gain: Gain = None,
     read_back: Annotated[
         Path | None,
         typer.Option(help="Parameters read back from the vehicle: compare them with the file, and fly nothing."),
@@ -43,16 +44,19 @@ def judge(
     Example: tuner judge new.txt --before present.txt --airframe racer5 --out opinion
 
     Example: tuner judge new.txt --read-back dump.txt
+
+    Example: tuner judge gains.json --gain roll.kp=12
     """
     if read_back is not None:
         if before is not None or airframe is not None or out is not None:
             raise InputError("cannot be combined with --before, --airframe, --out", key="--read-back")
         compared = tuner.read_back(after, read_back, source=source)
         return answer(compared, as_json, 0 if compared.passed else BROKEN)
+    given, present = changed(after, before, gain) if gain else (after, before)
     with progress(as_json) as watcher:
         made = tuner.judge(
-            after,
-            before,
+            given,
+            present,
             airframe=airframe,
             source=source,
             flights=flights,
@@ -62,3 +66,13 @@ def judge(
             watcher=watcher,
         )
     return answer(made, as_json, made.exit_code)
+
+
+def changed(after: Path, before: Path | None, gain: list[str]) -> tuple[tuner.Gains, Path]:
+    """Return the changed gains of a gains.json, and the present ones."""
+    if after.suffix != ".json":
+        raise InputError(
+            f"changes gains of a gains.json; edit a copy of {after.name} and give the original with --before",
+            key="--gain",
+        )
+    return tuner.read_gains(after).replace(gains_of(gain)), before or after

@@ -9,6 +9,7 @@ import tuner
 from plant.errors import InputError
 from tuner.cli.answer import answer
 from tuner.cli.app import AsJson, app
+from tuner.text.pairs import named_text
 
 
 @app.command()
@@ -75,8 +76,4 @@ def numbers_of(given: str) -> list[float]:
 
 def units_of(given: list[str]) -> dict[str, str]:
     """Return units by column from texts NAME=UNIT; InputError where one is none."""
-    pairs = [each.partition("=") for each in given]
-    for name, sign, unit in pairs:
-        if not (name and sign and unit):
-            raise InputError("give the name of a column and its unit, such as temperature=K", key="--unit")
-    return {name.strip(): unit.strip() for name, _, unit in pairs}
+    return dict(named_text(each, "--unit", "temperature=K", "COLUMN=UNIT") for each in given)

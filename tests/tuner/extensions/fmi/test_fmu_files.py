@@ -20,6 +20,7 @@ from tests.clients import ask, program
 from tests.tuner.extensions.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
 from tuner.exchange.c99.entries import measurement_of
 from tuner.exchange.registry import settings_of
+from tuner.extensions.fmi import archive
 from tuner.extensions.fmi.export import TARGET, fmu
 from tuner.extensions.fmi.variables import base_unit, exponents, variables
 from tuner.gains import content_hash, to_document
@@ -52,7 +53,7 @@ def test_the_same_gains_give_the_same_bytes_and_anything_else_gives_another_guid
         request(delay=True),
     ]
     # The binary has no part in it.
-    monkeypatch.setattr("tuner.extensions.fmi.export.compiler", lambda: None)
+    monkeypatch.setattr("tuner.extensions.fmi.archive.compiler", lambda: None)
     guids = [description(fmu(one)[0]).get("guid") for one in [request(), *others]]
     assert len(set(guids)) == len(guids) and guids[0] == description(mock_up).get("guid")
 
@@ -133,7 +134,7 @@ def test_every_gain_of_every_law_has_a_unit_that_can_be_taken_apart():
 def test_fmpy_reads_the_gains_from_the_ssv_file(attitude, tmp_path):
     asked = request(attitude=attitude)
     path = tmp_path / "gainproof.ssv"
-    path.write_bytes(exporter.parameter_values(asked))
+    path.write_bytes(exporter.gain_values(asked))
     script = """
 import json, sys
 from fmpy.ssp.ssd import read_ssv
@@ -149,7 +150,7 @@ print(json.dumps([[one.name, float(one.value), one.unit] for one in found]))
 
 
 def test_without_gcc_the_fmu_is_still_valid_and_says_that_it_has_to_be_built(monkeypatch, tmp_path):
-    monkeypatch.setattr(exporter, "compiler", lambda: None)
+    monkeypatch.setattr(archive, "compiler", lambda: None)
     bundle = TARGET.export(request())
     assert not any(name.startswith("binaries/") for name in content(bundle.files["gainproof.fmu"]))
     assert any("sources only" in sentence for sentence in bundle.differences)
@@ -160,7 +161,7 @@ def test_without_gcc_the_fmu_is_still_valid_and_says_that_it_has_to_be_built(mon
 
 
 def test_the_bundle_holds_what_was_asked_and_goes_back_to_the_defaults(monkeypatch):
-    monkeypatch.setattr(exporter, "compiler", lambda: None)
+    monkeypatch.setattr(archive, "compiler", lambda: None)
     assert settings_of(TARGET, []) == {"real": "float"}
     asked = request(factor=1.1)
     single, double = TARGET.export(asked), TARGET.export(request("double", factor=1.1))

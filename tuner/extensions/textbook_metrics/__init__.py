@@ -1,0 +1,1 @@
+"""Metrics of a step as textbooks define them."""
