@@ -42,6 +42,7 @@ from tuner.extensions.judge.api import judge as judge
 from tuner.extensions.judge.api import read_back as read_back
 from tuner.extensions.log_comparison.api import compare_logs as compare_logs
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
+from tuner.extensions.phase_plane.api import phase_plane as phase_plane
 from tuner.extensions.plant_fit.api import fit as fit
 from tuner.extensions.processor_cost.api import cost as cost
 from tuner.extensions.sensitivity.api import sensitivity as sensitivity

@@ -177,23 +177,23 @@ def outputs_at_rest(loop: PlantLoop, parameters: Any) -> list[float]:
 
 def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.random.Generator) -> tuple[Array, Array]:
     """Draw the constants of a plant (rows,) and the body (rows,) at rest in which it starts."""
-    own = draw.uniform(-1.0, 1.0, size(type(parameters)))
-    flown = varied(spec, parameters, own, draw.uniform(-1.0, 1.0, len(spec.joint_spread)))
+    places = draw.uniform(-1.0, 1.0, size(type(parameters)))
+    flown = varied(spec, parameters, places, draw.uniform(-1.0, 1.0, len(spec.joint_spread)))
     dynamics, body = resting(loop, flown)
     return np.array(flatten(dynamics), dtype=float), np.array(flatten(body), dtype=float)
 
 
-def varied(spec: PlantScenario, parameters: Any, own: Array, joint: Array) -> Any:
+def varied(spec: PlantScenario, parameters: Any, places: Array, joint: Array) -> Any:
     """Return parameters in a spread.
 
     Args:
         spec: Scenario with the spread.
         parameters: Nominal parameters.
-        own: Place of each parameter (n,) in its own spread, -1 to 1.
+        places: Place of each parameter (n,) in its own spread, -1 to 1.
         joint: Place (m,) in each joint spread.
     """
     names = paths(type(parameters))
-    factors = 1.0 + np.array([spec.spread.get(name, 0.0) for name in names]) * own
+    factors = 1.0 + np.array([spec.spread.get(name, 0.0) for name in names]) * places
     for widths, place in zip(spec.joint_spread, joint, strict=True):
         factors += place * np.array([widths.get(name, 0.0) for name in names])
     return pack(type(parameters), (factors * np.array(flatten(parameters), dtype=float)).tolist())

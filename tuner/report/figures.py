@@ -43,17 +43,27 @@ def progress_figure(results: TuningFolder) -> Figure:
 
 
 def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
-    """Write the fans of one controller; the ending of the file decides the format. InputError where it cannot be."""
+    """Write the fans of one controller, see `write_figure`."""
+    check_ending(file)
+    with style():
+        write_figure(flown_figure(responses, scenario), file)
+
+
+def check_ending(file: Path) -> None:
+    """Refuse a figure's file of another format."""
     if file.suffix.lower() not in ENDINGS:
         raise InputError(f"given '{file}'; allowed endings: {', '.join(ENDINGS)}", key="--plot")
-    with style():
-        figure = flown_figure(responses, scenario)
-        content = BytesIO()
-        figure.savefig(content, dpi=DPI, format=file.suffix[1:].lower())
-        try:
-            replace_file(file, content.getvalue())
-        except OSError as error:
-            raise InputError(f"{file} cannot be written ({error.strerror})", key="--plot") from error
+
+
+def write_figure(figure: Figure, file: Path) -> None:
+    """Write a figure; the ending of the file decides the format. InputError where it cannot be."""
+    check_ending(file)
+    content = BytesIO()
+    figure.savefig(content, dpi=DPI, format=file.suffix[1:].lower())
+    try:
+        replace_file(file, content.getvalue())
+    except OSError as error:
+        raise InputError(f"{file} cannot be written ({error.strerror})", key="--plot") from error
 
 
 def flown_figure(responses: "Responses", scenario: str) -> Figure:

@@ -65,9 +65,9 @@ def _corners_of(parameters: Any, spec: PlantScenario) -> list[Any]:
         ends = np.array(list(product((-1.0, 1.0), repeat=n))) if n else np.empty((0, 0))
     else:
         ends = np.sign(generator(0, "margins/corners", 0).uniform(-1.0, 1.0, (MAX_CORNERS, n)))
-    own = np.zeros((len(ends), len(names)))
-    own[:, wide] = ends[:, : len(wide)]
-    return [varied(spec, parameters, *places) for places in zip(own, ends[:, len(wide) :], strict=True)]
+    places = np.zeros((len(ends), len(names)))
+    places[:, wide] = ends[:, : len(wide)]
+    return [varied(spec, parameters, *corner) for corner in zip(places, ends[:, len(wide) :], strict=True)]
 
 
 def margins_asked(

@@ -18,8 +18,8 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.fuzz.fuzzing import LONGEST_MESSAGE, fuzzed, patience
 from tests.tuner.fuzz.hostile import broken, mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of
+from tuner.extensions.step_records.keyed_folder import KeyedFolder, StepsDocument
 from tuner.extensions.tails.record import Record, ReplicaLine, line_digest
-from tuner.store.keyed_folder import KeyedFolder, StepsDocument
 from tuner.study.build import load_study
 
 OFTEN, RARELY = "peak.position > 1.1", "peak.position > 1.35"

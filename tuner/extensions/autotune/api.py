@@ -31,9 +31,9 @@ from tuner.extensions.autotune.stages import STAGES
 from tuner.extensions.identification.api import LogLike, read_logs
 from tuner.extensions.judge.vehicle_files import find_source, read_parameter_file
 from tuner.extensions.logs.flight_log import FlightLog
+from tuner.extensions.step_records.key_inputs import Inputs, step_key
+from tuner.extensions.step_records.keyed_folder import KeyedFolder, StepState
 from tuner.search.watcher import Watcher, default_watcher
-from tuner.store.key_inputs import Inputs, step_key
-from tuner.store.keyed_folder import KeyedFolder, StepState
 from tuner.text.tables import Table
 
 KIND = "autotune"

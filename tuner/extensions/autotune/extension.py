@@ -13,6 +13,7 @@ EXTENSION = Extension(
         "identification",
         "judge",
         "logs",
+        "step_records",
     ),
     command_module=f"{HOME}.command",
     commands=("autotune",),

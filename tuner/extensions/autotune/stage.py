@@ -13,9 +13,9 @@ from tuner.exchange.target import FIRMWARE
 from tuner.extensions.autopilots.sources import sources
 from tuner.extensions.identification.api import LogLike
 from tuner.extensions.logs.flight_log import FlightLog
+from tuner.extensions.step_records.key_inputs import Input, Inputs, file_input
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.store.key_inputs import Input, Inputs, file_input
 
 PRESENT, VEHICLE, FIT, FIT_PAGE = "present.json", "vehicle.toml", "identification.json", "vehicle.html"
 STUDY, RUN, EXPORT, OPINION = "study.toml", "run", "export", "opinion"

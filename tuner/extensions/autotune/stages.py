@@ -43,7 +43,7 @@ from tuner.extensions.identification.checks import SILENT
 from tuner.extensions.identification.document import IdentificationDocument
 from tuner.extensions.judge.api import judge
 from tuner.extensions.judge.vehicle_files import read_parameter_file
-from tuner.store.key_inputs import DIGEST, Inputs
+from tuner.extensions.step_records.key_inputs import DIGEST, Inputs
 from tuner.study.layers import read_layers
 from tuner.text.numbers import significant
 from tuner.text.toml_text import with_paths

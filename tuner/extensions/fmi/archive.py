@@ -63,7 +63,7 @@ def built(generated: Generated, digest: str, bind: Callable[[str], str]) -> Code
 
 
 def packed(code: Code, description: bytes, values: bytes, page: str) -> bytes:
-    """Return the FMU of a code with its modelDescription.xml, SSV file and page."""
+    """Return the FMU of a code."""
     content = {
         "modelDescription.xml": description,
         f"resources/{VALUES}": values,

@@ -33,7 +33,7 @@ ABOUT = {"value": "Set point", "rate": "Rate of the set point", "acceleration": 
 
 
 def export_loops(request: PlantRequest) -> PlantBundle:
-    """Return the FMU and the SSV file of a plant's controller, with those of the rollback."""
+    """Return FMU and SSV file of a plant's controller."""
     back, sentence = plant_rollback(request)
     mock_up, values, code = plant_fmu(request)
     former, former_values, _ = plant_fmu(back)
@@ -48,7 +48,7 @@ def export_loops(request: PlantRequest) -> PlantBundle:
 
 
 def plant_fmu(request: PlantRequest) -> tuple[bytes, bytes, Code]:
-    """Return the FMU, the SSV file and the code of a plant's controller."""
+    """Return FMU, SSV file and code of a plant's controller."""
     tuned = tuned_plant(request.controller.study.system, request.controller.gains)
     exposed, gains = plant_variables(tuned), list(_gains(tuned))
     generated = write_code(plant_program(tuned), request.settings[REAL.name], PREFIX, request.digest)

@@ -13,12 +13,12 @@ from pydantic import Field, model_validator
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input
 from tuner.api.flight_setup import FlightSetup
+from tuner.extensions.step_records.json_lines import JsonLines
+from tuner.extensions.step_records.key_inputs import Inputs
+from tuner.extensions.step_records.keyed_folder import KeyedFolder, StepState
 from tuner.extensions.tails.estimation.limit_function import Replica
 from tuner.extensions.tails.flight_limit import inputs_of, space_of
 from tuner.store.document import DocumentPart
-from tuner.store.json_lines import JsonLines
-from tuner.store.key_inputs import Inputs
-from tuner.store.keyed_folder import KeyedFolder, StepState
 from tuner.store.manifest import digest_of
 
 DOCUMENT, REPLICAS = "tail.json", "replicas.jsonl"

@@ -18,6 +18,8 @@ from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailEvent, TailPoint
 from tuner.extensions.cluster.connect import client_at
 from tuner.extensions.cluster.own_files import own_files_of
+from tuner.extensions.step_records.key_inputs import DIGEST, Inputs
+from tuner.extensions.step_records.keyed_folder import StepState
 from tuner.extensions.tails.document import TAIL_FORMAT, TAIL_VERSION, TailDocument, TailGains, TailRatio
 from tuner.extensions.tails.estimation.design_point import find_design_point, search_evaluations
 from tuner.extensions.tails.estimation.estimate import ReplicaRunner, estimate_tail
@@ -32,8 +34,6 @@ from tuner.extensions.tails.tail_event import tail_event
 from tuner.extensions.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
-from tuner.store.key_inputs import DIGEST, Inputs
-from tuner.store.keyed_folder import StepState
 from tuner.store.manifest import digest_of
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import duration, significant

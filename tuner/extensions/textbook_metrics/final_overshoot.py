@@ -39,7 +39,7 @@ def _per_cent(view: AxisView) -> Any:
 
 
 def _largest(view: AxisView) -> Any:
-    """Return the value of a fall from the largest to the smallest output."""
+    """Return the value of the largest fall after a peak."""
     size = _size(view)
     return np.where(size > 0.0, 200.0 * view.limit / np.where(size > 0.0, MIN_SHARE * size, 1.0), 100.0)
 

@@ -8,6 +8,7 @@ from typing import IO, cast
 
 from plant.errors import FolderLockedError, InputError, StoreError
 from tuner.experiments.experiment import default_folder
+from tuner.extensions.step_records.json_lines import line_of
 from tuner.extensions.trials.answers import MAX_LINE_BYTES, ResultParser
 from tuner.extensions.trials.problem import MissingResultError
 from tuner.extensions.trials.record import Trial, TrialRecord
@@ -17,7 +18,6 @@ from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
-from tuner.store.json_lines import line_of
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
 from tuner.study.kinds import load_any

@@ -6,6 +6,7 @@ HOME = "tuner.extensions.trials"
 EXTENSION = Extension(
     name="trials",
     about="Ask and tell: a search whose trials another program or a test bench makes.",
+    requires=("step_records",),
     command_module=f"{HOME}.command",
     commands=(
         "ask",

@@ -18,9 +18,9 @@ from types import TracebackType
 from plant.errors import InputError
 from plant.own_code import refuse_program
 from plant.texts import signal_name
+from tuner.extensions.step_records.json_lines import line_of
 from tuner.extensions.trials.answers import MAX_LINE_BYTES, ResultParser
 from tuner.extensions.trials.record import Answer, Trial
-from tuner.store.json_lines import line_of
 
 KEY = "--run"
 # Time [s] that a program has to end by itself once its input is closed.

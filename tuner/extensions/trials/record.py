@@ -1,6 +1,6 @@
 """asked.jsonl and told.jsonl: the trials that another program is asked for, and what it told of each.
 
-A line of JSON each, see `tuner.store.json_lines`.
+A line of JSON each, see `tuner.extensions.step_records.json_lines`.
 """
 
 from math import isclose
@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TypedDict
 
 from plant.errors import StoreError
+from tuner.extensions.step_records.json_lines import JsonLines
 from tuner.store.document import DocumentPart
-from tuner.store.json_lines import JsonLines
 
 # Relative difference of a variable that rounding makes on its way through the unit cube.
 ROUNDING = 1e-13

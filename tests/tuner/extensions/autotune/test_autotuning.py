@@ -39,7 +39,7 @@ from tuner.extensions.identification import api as identifying
 from tuner.extensions.judge.scenarios import FIRST_FLIGHT
 from tuner.extensions.judge.vehicle_files import read_parameter_file
 from tuner.extensions.logs.flight_log import FlightLog
-from tuner.store.keyed_folder import KeyedFolder
+from tuner.extensions.step_records.keyed_folder import KeyedFolder
 
 PRESENT = "type: persistent_param_state\nversion: '1'\nparams:\n  pid_rate.roll_kp: {default_value: 250.0, is_stored: true, stored_value: 200.0}\n"
 FILES = {

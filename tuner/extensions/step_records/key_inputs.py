@@ -21,7 +21,7 @@ MAX_VALUES = 1000
 """Values of a file that are recorded for messages; the digest covers all."""
 N_SHOWN = 3
 """Changed values of an input that a message names."""
-ABSENT = "none"
+ABSENT_FILE = "none"
 """Text of a value that is not there."""
 
 
@@ -41,7 +41,7 @@ def _change(name: str, before: Input | None, now: Input | None) -> str:
     if before is None or now is None:
         return f"{name} was {'not given before and is now' if before is None else 'given before and is not now'}"
     keys = [key for key in dict.fromkeys([*before, *now]) if key != DIGEST and before.get(key) != now.get(key)]
-    pairs = [f"{key} {before.get(key, ABSENT)} -> {now.get(key, ABSENT)}" for key in keys]
+    pairs = [f"{key} {before.get(key, ABSENT_FILE)} -> {now.get(key, ABSENT_FILE)}" for key in keys]
     shown = ", ".join([shortened(pair) for pair in pairs[:N_SHOWN]] + ["..."] * (len(pairs) > N_SHOWN))
     return f"{name} changed" + (f" ({shown})" if shown else "")
 

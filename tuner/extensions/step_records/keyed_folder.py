@@ -12,10 +12,10 @@ from typing import Annotated, Literal
 
 from plant.errors import StoreError, shortened
 from plant.output_files import ASIDE
+from tuner.extensions.step_records.key_inputs import Inputs, changes, step_key
 from tuner.store.advice import STEPS
 from tuner.store.document import Document, DocumentPart, OneOf
 from tuner.store.folder import Folder
-from tuner.store.key_inputs import Inputs, changes, step_key
 from tuner.store.lock import NAME as LOCK
 from tuner.store.manifest import FILE as MANIFEST
 

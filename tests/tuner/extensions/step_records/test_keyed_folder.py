@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from plant.errors import FolderLockedError, StoreError
-from tuner.store.key_inputs import MAX_VALUES, changes, file_input, step_key
-from tuner.store.keyed_folder import KeyedFolder, StepState
+from tuner.extensions.step_records.key_inputs import MAX_VALUES, changes, file_input, step_key
+from tuner.extensions.step_records.keyed_folder import KeyedFolder, StepState
 
 LOGS = {"logs": {"sha256": "a"}}
 

@@ -1,0 +1,1 @@
+"""Trajectories of errors and their rates."""

@@ -1,0 +1,1 @@
+"""Records of commands that go on where they ended."""
