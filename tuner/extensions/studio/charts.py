@@ -43,7 +43,7 @@ def response_panels(by_key: Mapping[str, Sequence[Fan]], names: Mapping[str, str
         names: Name of each setting by its key.
     """
     first = next(iter(by_key.values()))
-    signals = sorted((fan.signal for fan in first), key=fans.is_rotor)
+    signals = fans.shown_signals([fan.signal for fan in first])
     return [_signal(k, signal, by_key, names) for k, signal in enumerate(signals)]
 
 

@@ -35,7 +35,7 @@ def page_text(session: Session) -> str:
 def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
     """Return the panels of responses and loops without marks."""
     signals = session.study.system.signals
-    names = sorted(signals, key=fans.is_rotor)
+    names = fans.shown_signals(list(signals))
     responses = [
         Panel(
             f"response-{k}",

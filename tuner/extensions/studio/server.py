@@ -16,13 +16,16 @@ from starlette.routing import Route
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
 from tuner.extensions.studio.asking import Asked, asked_of
+from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
-from tuner.extensions.studio.work import Work, line, refusal, stages
+from tuner.extensions.studio.work import Work, line, refusal
 
 PROGRESS_SECONDS = 0.4
 """Time [s] between two lines of progress while the page waits."""
+STAGES_AFTER = dict(zip(STAGES, (0.0, 0.15, 0.3), strict=True))
+"""Flights of a stage -> time [s] that a setting rests before they begin."""
 LINES = "application/x-ndjson"
 
 
@@ -85,7 +88,9 @@ class Studio:
             yield text
 
     async def _answers(self, asked: Asked) -> AsyncIterator[str]:
-        for count in stages():
+        for count, rest in STAGES_AFTER.items():
+            # Flights that only a hand at rest waits for would hold up the next move.
+            await asyncio.sleep(rest)
             stale = True
             async for text in self._waited(lambda count=count: self.work.stage(asked, count)):
                 if text is not None:

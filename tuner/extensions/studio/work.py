@@ -1,7 +1,7 @@
 """Work behind the page: one answer at a time, in stages, and none that a newer request has overtaken."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from time import perf_counter, process_time
@@ -11,7 +11,6 @@ from plant.errors import ToolError
 from tuner.experiments.tuning.problem import warm_up
 from tuner.extensions.studio.answering import Bench, answer, opening
 from tuner.extensions.studio.asking import Asked, asked_of
-from tuner.extensions.studio.flights import STAGES
 from tuner.search.watcher import Watcher
 
 MAX_PAGES = 16
@@ -116,8 +115,3 @@ def line(document: Any) -> str:
 def refusal(error: ToolError) -> str:
     """Return an error as a line of JSON."""
     return line({"error": str(error)})
-
-
-def stages() -> Iterator[int]:
-    """Yield the numbers of flights of an answer's stages."""
-    yield from STAGES

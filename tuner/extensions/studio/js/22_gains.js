@@ -65,7 +65,7 @@ function gainRow(gain) {
     make("div", { class: "gain-head" },
       make("label", { for: idOf(gain, "slider") }, term(gain.name, `${gain.symbol} ${gain.meaning}`.trim()), gain.unit ? [" [", ...unitOf(gain.unit), "]"] : []), field),
     slider, make("div", { class: "marks" }, marks),
-    make("div", { class: "gain-ends" }, make("span", {}, significant(gain.low)), make("span", {}, gain.scale === "log" ? "log" : ""), make("span", {}, significant(gain.high))));
+    make("div", { class: "gain-ends" }, make("span", {}, significant(gain.low)), make("span", {}, significant(gain.high))));
 }
 
 // Take a whole setting over: default, tuned, a pin or a point.

@@ -7,17 +7,17 @@ function nameOf(row) {
   return [term(row.name, row.tip), row.unit ? ` [${row.unit}]` : "", make("small", {}, [row.limit, row.state && `worst: ${row.state}`, row.evidence].filter(Boolean).join(", "))];
 }
 
+// A setting to compare with: its value, and below it the paired difference of the setting at hand.
+const otherCell = (row, i) => make("td", { class: row.broken[i] ? "broken" : "" }, cellOf(row.others[i]),
+  make("small", { class: "difference" }, `here: ${row.changes[i].join(" ")}`), wordOf(row.words[i]));
+
 function judgedRow(row, count) {
-  const cells = [make("th", { scope: "row" }, nameOf(row)), make("td", { class: row.verdict.word }, cellOf(row.here), wordOf(row.verdict))];
-  for (let i = 0; i < count; i += 1) {
-    cells.push(make("td", { class: row.broken[i] ? "broken" : "" }, cellOf(row.others[i])));
-    cells.push(make("td", {}, cellOf(row.changes[i]), wordOf(row.words[i])));
-  }
-  return make("tr", {}, cells);
+  return make("tr", {}, make("th", { scope: "row" }, nameOf(row)), make("td", { class: row.verdict.word }, cellOf(row.here), wordOf(row.verdict)),
+    Array.from({ length: count }, (_, i) => otherCell(row, i)));
 }
 
 function judgedTable(rows, others) {
-  const head = ["Quantity", "Here", ...others.flatMap(({ name }) => [capital(name), `Here − ${name}`])];
+  const head = ["Quantity", "Here", ...others.map(({ name }) => capital(name))];
   const groups = [["Objectives: smaller is better", "objective"], ["Limits", "constraint"], ["Limits computed from the model", "requirement"]];
   const bodies = groups.map(([title, kind]) => [title, rows.filter((row) => row.kind === kind)]).filter(([, mine]) => mine.length)
     .map(([title, mine]) => make("tbody", {}, make("tr", { class: "group" }, make("th", { scope: "rowgroup", colspan: String(head.length) }, title)),
