@@ -22,6 +22,10 @@ def studio(
     ] = None,
     study: Annotated[Path | None, study_option("Study of gains that lie in no results folder.")] = None,
     out: Annotated[Path, typer.Option(help="Folder that takes what is saved; default: this one.", show_default=False)] = Path(),
+    present: Annotated[
+        Path | None,
+        typer.Option(help="Parameter file of what the vehicle flies, for judge and rollback.", show_default=False),
+    ] = None,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0: any free one.", min=0, max=65535)] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
     threads: Threads = None,
@@ -54,7 +58,7 @@ def studio(
     if not no_browser:
         webbrowser.open(door.address)
     try:
-        server_of(Studio(work, door, Outputs(bench, out.resolve()))).run([listening])
+        server_of(Studio(work, door, Outputs(bench, out.resolve(), present))).run([listening])
     finally:
         work.close()
         listening.close()

@@ -50,7 +50,10 @@ class Studio:
             Route("/plotly.js", lambda _: _packed("plotly-cartesian.min.js.gz")),
             Route("/open", self.open, methods=["POST"]),
             Route("/answer", self.answer, methods=["POST"]),
-            Route("/save", self._written(self.outputs.save), methods=["POST"]),
+            *[
+                Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
+                for name in ("save", "export", "study", "judge", "compare")
+            ],
         ]
         errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
         return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
@@ -84,7 +87,7 @@ class Studio:
         return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
 
     async def _opened(self) -> AsyncIterator[str]:
-        async for text in self._waited(lambda: line(self.work.open())):
+        async for text in self._waited(lambda: line(self.work.open() | self.outputs.offers)):
             yield text
 
     async def _answers(self, asked: Asked) -> AsyncIterator[str]:

@@ -21,21 +21,41 @@ function textField(label, value, attributes = {}) {
 
 // A form with one button: its answer, or its refusal, is shown below it.
 function outForm(title, parts, run) {
-  const result = make("p", { class: "aid", role: "status" });
+  const result = make("div", { class: "aid", role: "status" });
   const button = make("button", { type: "button", onclick: async () => {
     button.disabled = true;
     result.textContent = "…";
-    const { error, text } = await run();
-    result.textContent = error ?? text;
-    result.classList.toggle("broken", Boolean(error));
+    const { error, text, lines = [] } = await run();
+    result.replaceChildren(make("p", { class: error ? "broken" : "" }, error ?? text), ...(lines.length ? [make("ul", {}, lines.map((each) => make("li", {}, each)))] : []));
     button.disabled = false;
   } }, title);
   return make("div", { class: "form-row" }, ...parts, make("div", { class: "actions" }, button), result);
 }
 
+const outFields = { save: ["file", "gains.json", "File"], study: ["file", "tuned.toml", "Study file"], judge: ["folder", "opinion", "Folder"] };
+
+// A form with one field: save, study or judge.
+function simpleForm(name, title) {
+  const [key, value, label] = outFields[name];
+  const { field, row } = textField(label, value);
+  return outForm(title, [row], () => answered(`/${name}`, { ...byHand(), [key]: field.value }));
+}
+
+function exportForm() {
+  const { targets } = studio.study;
+  const folder = textField("Folder", `export-${targets[0]}`);
+  const choice = make("select", { onchange: () => { folder.field.value = `export-${choice.value}`; } }, targets.map((name) => make("option", {}, name)));
+  return outForm("Export", [make("label", {}, "Target ", choice), folder.row],
+    () => answered("/export", { ...byHand(), target: choice.value, folder: folder.field.value }));
+}
+
 function startOut() {
-  const file = textField("File", "gains.json");
-  byId("out").replaceChildren(outForm("Save gains", [file.row], () => answered("/save", { ...byHand(), file: file.field.value })));
+  byId("out").replaceChildren(...[
+    make("p", { class: "aid" }, `Files go into ${studio.study.folder}.`),
+    simpleForm("save", "Save gains"), exportForm(), simpleForm("study", "Save as a study"),
+    studio.study.judges ? simpleForm("judge", "Judge against the present file") : null,
+    outForm("Compare on new flights", [], () => answered("/compare", byHand())),
+  ].filter(Boolean));
 }
 
 function takePoint(name) {
