@@ -15,7 +15,8 @@ from starlette.routing import Route
 
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
-from tuner.extensions.studio.asking import Asked, asked_of
+from tuner.extensions.studio.asking import Asked, asked_of, values_of
+from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
 from tuner.extensions.studio.outputs import Outputs
@@ -40,6 +41,7 @@ class Studio:
 
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
         self.work, self.door, self.outputs = work, door, outputs
+        self.rules = Rules(work.bench.session)
 
     def app(self) -> Guard:
         """Return the application behind its guard."""
@@ -50,6 +52,7 @@ class Studio:
             Route("/plotly.js", lambda _: _packed("plotly-cartesian.min.js.gz")),
             Route("/open", self.open, methods=["POST"]),
             Route("/answer", self.answer, methods=["POST"]),
+            Route("/design", self.design, methods=["POST"]),
             *[
                 Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
                 for name in ("save", "export", "study", "judge", "compare")
@@ -73,6 +76,17 @@ class Studio:
         asked = self.work.asked(message)
         return self._lines(self._answers(asked))
 
+    async def design(self, request: Request) -> Response:
+        """Return the gains of a rule at a speed and a robustness."""
+        asked = values_of(await message_of(request))
+        rules = self.rules
+
+        def designed() -> str:
+            values, notes = rules.values(asked.get("time", 0.0), asked.get("robustness", 1.0))
+            return line({"values": values, "text": " ".join(notes)})
+
+        return self._lines(self._waited(designed))
+
     def _written(self, write: Callable[[Asked, dict[str, Any]], Any]) -> Callable[[Request], Any]:
         """Return the end point of a file that a setting leaves."""
 
@@ -87,7 +101,7 @@ class Studio:
         return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
 
     async def _opened(self) -> AsyncIterator[str]:
-        async for text in self._waited(lambda: line(self.work.open() | self.outputs.offers)):
+        async for text in self._waited(lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})):
             yield text
 
     async def _answers(self, asked: Asked) -> AsyncIterator[str]:

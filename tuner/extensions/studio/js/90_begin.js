@@ -38,6 +38,7 @@ async function begin() {
   studio.channel = studio.study.channels[0] ?? "";
   decode(window.location.hash);
   startGains();
+  startDesign();
   showAll();
   startOut();
   startTips();
