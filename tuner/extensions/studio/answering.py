@@ -119,7 +119,8 @@ def opening(bench: Bench) -> Document:
         "scenarios": [entry.spec.name for entry in session.study.scenarios],
         "channels": bench.loops.channels,
         "stages": list(STAGES),
-        "points": session.points(),
+        "points": {} if bench.front.run is None else bench.front.run.points(),
+        "live": bench.front.run is not None and session.results is None,
     }
 
 

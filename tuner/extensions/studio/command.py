@@ -57,8 +57,10 @@ def studio(
     print(f"Studio: {door.address}\nCtrl-C ends it.", flush=True)
     if not no_browser:
         webbrowser.open(door.address)
+    page = Studio(work, door, Outputs(bench, out.resolve(), present))
     try:
-        server_of(Studio(work, door, Outputs(bench, out.resolve(), present))).run([listening])
+        server_of(page).run([listening])
     finally:
+        page.searches.close()
         work.close()
         listening.close()

@@ -9,18 +9,20 @@ from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
-from tuner.extensions.studio.asking import Asked, asked_of, values_of
+from tuner.extensions.studio.asking import Asked, asked_of, table_of, values_of
 from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
+from tuner.extensions.studio.searching import Searches
 from tuner.extensions.studio.work import Work, line, refusal
 
 PROGRESS_SECONDS = 0.4
@@ -42,6 +44,7 @@ class Studio:
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
         self.work, self.door, self.outputs = work, door, outputs
         self.rules = Rules(work.bench.session)
+        self.searches = Searches(work.bench, outputs.place)
 
     def app(self) -> Guard:
         """Return the application behind its guard."""
@@ -57,6 +60,9 @@ class Studio:
                 Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
                 for name in ("save", "export", "study", "judge", "compare")
             ],
+            Route("/search", self._written(self.searches.start), methods=["POST"]),
+            Route("/search-state", self._aside(self.searches.state), methods=["POST"]),
+            Route("/search-stop", self._aside(self.searches.stop), methods=["POST"]),
         ]
         errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
         return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
@@ -94,6 +100,15 @@ class Studio:
             message = await message_of(request)
             asked = asked_of(self.work.bench.session, [], message)
             return self._lines(self._waited(lambda: line(write(asked, message))))
+
+        return made
+
+    def _aside(self, task: Callable[[Any], Any]) -> Callable[[Request], Any]:
+        """Return the end point of a task that waits for no answer under way."""
+
+        async def made(request: Request) -> Response:
+            message = table_of(await message_of(request), "message")
+            return JSONResponse(await run_in_threadpool(task, message), headers=dict(HEADERS))
 
         return made
 
@@ -173,6 +188,8 @@ def bound_socket(port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((HOST, port))
+        # A browser that is opened first waits for the server.
+        listening.listen()
     except OSError as error:
         listening.close()
         raise InputError(f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port") from None

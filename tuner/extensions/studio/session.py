@@ -108,16 +108,6 @@ class Session:
             return gains_of_plant(self.study, row)
         return gains_of(self.study.controller(row), {"study": self.study.origin("studio")})
 
-    def points(self) -> dict[str, dict[str, float]]:
-        """Return the values of the variables of each point of the run's front, by its name."""
-        if self.results is None:
-            return {}
-        front, names = self.results.held_out_front, [each.name for each in self.study.space.variables]
-        return {
-            point: dict(zip(names, values, strict=True))
-            for point, values in zip(front.points, front.gains.tolist(), strict=True)
-        }
-
 
 def open_session(given: Path | None, study: Path | None = None) -> Session:
     """Open a study, a results folder, or gains with their study.

@@ -50,7 +50,8 @@ def served(given: Path, out: Path, study: Path | None = None):
     door = Door(listening.getsockname()[1])
     bench = Bench.of(session, 2)
     work = Work(bench)
-    server = server_of(Studio(work, door, Outputs(bench, out)))
+    page = Studio(work, door, Outputs(bench, out))
+    server = server_of(page)
     thread = Thread(target=server.run, args=([listening],))
     thread.start()
     try:
@@ -58,5 +59,6 @@ def served(given: Path, out: Path, study: Path | None = None):
     finally:
         server.should_exit = True
         thread.join()
+        page.searches.close()
         work.close()
         listening.close()

@@ -41,6 +41,7 @@ async function begin() {
   startDesign();
   showAll();
   startOut();
+  startSearch();
   startTips();
   startStudioCharts();
   remember();
