@@ -97,6 +97,7 @@ class Extension:
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
+        companions: Option of `tuner run` -> "module:function" that returns a context around the run of a folder.
         plants: Ending of a file, and key of [plant] -> "module:SOURCE" of the plants in such files.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
@@ -134,6 +135,7 @@ class Extension:
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)
+    companions: Names = field(default_factory=_none)
     plants: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 

@@ -81,14 +81,16 @@ def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: M
         over, under = [*over, *gain], [*under, *phase]
         plane += nyquist_marks(loop.frequency, loop.response, LOOKS[key], names[key], show)
     across = np.array(axes.frequency.ends or (1e-3, 1e3))
-    panels = loop_panels(
-        [*_gain_limit(across, limits), *over], [*_phase_limit(across, limits), *under], plane, axes
-    )
+    panels = loop_panels([*_gain_limit(across, limits), *over], [*_phase_limit(across, limits), *under], plane, axes)
     gain_panel, phase_panel, nyquist = (replace(panel, form="plot") for panel in panels)
     return [
         replace(gain_panel, aid="Bars are gain margins; a bar that ends in the shaded part violates the limit."),
         replace(phase_panel, aid="Bars are phase margins; a bar that ends in the shaded part violates the limit."),
-        replace(nyquist, marks=[*_peak_limit(limits), *nyquist.marks], aid="The shaded disc is what the limit on Ms forbids."),
+        replace(
+            nyquist,
+            marks=[*_peak_limit(limits), *nyquist.marks],
+            aid="The shaded disc is what the limit on Ms forbids.",
+        ),
     ]
 
 

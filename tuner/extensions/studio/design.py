@@ -57,7 +57,9 @@ class Rules:
             if not ends[0] * (1.0 - 1e-9) <= value <= ends[1] * (1.0 + 1e-9):
                 raise InputError(f"given {value:g}; allowed: {ends[0]:g} to {ends[1]:g}", key=name)
         proposal = self._proposal(method, time)
-        row = slowed(self._study, proposal.row, robustness, {n for n, each in proposal.channels.items() if each.designed})
+        row = slowed(
+            self._study, proposal.row, robustness, {n for n, each in proposal.channels.items() if each.designed}
+        )
         return self._within(row)
 
     @property

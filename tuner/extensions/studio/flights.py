@@ -105,9 +105,7 @@ class Flights:
     def _drawn(self, scenario: int, count: int) -> FlightInputs:
         if (scenario, count) not in self._inputs:
             spec = self.study.scenarios[scenario].spec
-            self._inputs[scenario, count] = self.problem.system.sample(
-                spec, self.study.seed, HELD_OUT, range(count)
-            )
+            self._inputs[scenario, count] = self.problem.system.sample(spec, self.study.seed, HELD_OUT, range(count))
         return self._inputs[scenario, count]
 
     def costs(self, flights: int) -> Array:

@@ -41,7 +41,9 @@ class Front:
         base = self._base(objectives)
         x, *y = (np.array([np.nan if row["value"] is None else row["value"]]) for row in objectives)
         height = y[0] if y else np.ones(1)
-        here = Points(name="here", look=LOOKS["here"], x=x, y=height, hover=["the setting at hand"], show={"layer": "here"})
+        here = Points(
+            name="here", look=LOOKS["here"], x=x, y=height, hover=["the setting at hand"], show={"layer": "here"}
+        )
         return [Panel(KEY, "Trade-off", base.x, base.y, [*base.marks, here], form="pair", aid=base.aid, rows=base.rows)]
 
     def _base(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
@@ -73,7 +75,16 @@ class Front:
             rows = np.flatnonzero(mask & np.isfinite(columns[0]) & np.isfinite(columns[1]))[-MAX_CANDIDATES:]
             labels = [names[i] for i in rows]
             look = LAYERS[layer][1]._replace(size=7)
-            marks.append(Points(name=LAYERS[layer][0], look=look, x=columns[0][rows], y=columns[1][rows], labels=labels, hover=labels))
+            marks.append(
+                Points(
+                    name=LAYERS[layer][0],
+                    look=look,
+                    x=columns[0][rows],
+                    y=columns[1][rows],
+                    labels=labels,
+                    hover=labels,
+                )
+            )
         return Panel(KEY, "", axes[0], axes[1], marks, aid=aid, rows=len(titles) == 1)
 
 

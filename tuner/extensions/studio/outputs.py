@@ -51,7 +51,11 @@ class Outputs:
         """What the page offers: targets, and whether gains can be judged against present ones."""
         is_plant = isinstance(self._gains(self._bench.session.default), PlantGains)
         targets = [name for name, target in exporters().items() if not is_plant or target.export_plant is not None]
-        return {"targets": targets, "judges": self._present is not None and "judge" in added("api"), "folder": str(self._folder)}
+        return {
+            "targets": targets,
+            "judges": self._present is not None and "judge" in added("api"),
+            "folder": str(self._folder),
+        }
 
     def place(self, given: Any, key: str, ending: str = "") -> Path:
         """Return the place of a file by its name; InputError for a name with folders in it or another ending."""
@@ -76,7 +80,9 @@ class Outputs:
         gains = self._gains(asked.settings[0])
         study = self._bench.session.study if isinstance(gains, PlantGains) else None
         made = export(gains, target, place, previous=self._present, study=study, flights=EXPORT_FLIGHTS)
-        verdict = "rounding breaks no limit" if made.passed else "rounding violates a limit; do not fly it, see export.json"
+        verdict = (
+            "rounding breaks no limit" if made.passed else "rounding violates a limit; do not fly it, see export.json"
+        )
         return {"text": f"Written: {made.folder}; {verdict}.", "lines": list(made.document.lossy)}
 
     def study(self, asked: Asked, message: Answer) -> Answer:
@@ -99,7 +105,10 @@ class Outputs:
         """Compare all settings on flights that the page never shows, as `tuner compare` does."""
         settings = asked.settings[1:] + asked.settings[:1]
         with TemporaryDirectory() as folder:
-            files = [self._gains(each).write(Path(folder) / f"{name}.json") for each, name in zip(settings, file_names(settings), strict=True)]
+            files = [
+                self._gains(each).write(Path(folder) / f"{name}.json")
+                for each, name in zip(settings, file_names(settings), strict=True)
+            ]
             document = compare(files, study=self._bench.session.study, flights=COMPARED_FLIGHTS).document
         here = document.contenders[-1].name
         units = {row.label: row.unit for row in document.quantities}
@@ -118,7 +127,10 @@ class Outputs:
 def file_names(settings: Sequence[Setting]) -> list[str]:
     """Return a name of a file for each setting, all different."""
     plain = [re.sub(r"[^A-Za-z0-9]+", "-", setting.name).strip("-")[:30] or setting.key for setting in settings]
-    return [name if plain.count(name) == 1 else f"{name}-{setting.key}" for name, setting in zip(plain, settings, strict=True)]
+    return [
+        name if plain.count(name) == 1 else f"{name}-{setting.key}"
+        for name, setting in zip(plain, settings, strict=True)
+    ]
 
 
 def write_study(bench: Bench, setting: Setting, path: Path) -> None:

@@ -87,5 +87,7 @@ class RunFolder:
         results = self.results
         if results is not None:
             front = results.held_out_front
-            found |= {p: dict(zip(names, row, strict=True)) for p, row in zip(front.points, front.gains.tolist(), strict=True)}
+            found |= {
+                p: dict(zip(names, row, strict=True)) for p, row in zip(front.points, front.gains.tolist(), strict=True)
+            }
         return found

@@ -58,7 +58,9 @@ class Searches:
         with self._guard:
             if self.is_running:
                 raise InputError("a search is running already; stop it first")
-            self._start(command_line(self._bench, folder, self._start_file(asked) if message.get("from") == "setting" else None))
+            self._start(
+                command_line(self._bench, folder, self._start_file(asked) if message.get("from") == "setting" else None)
+            )
             self._bench.front.run = RunFolder(folder, self._bench.session.study)
         return {"text": f"Started: {folder}"}
 
@@ -156,9 +158,19 @@ def command_line(bench: Bench, folder: Path, starts: Path | None) -> list[str]:
     """Return the arguments of `tuner` that search a session's study into a folder."""
     study = bench.session.study.path
     # Code of a results folder runs where it was named for this process alone.
-    named = [str(entry.file.resolve()) for entry in HAVE_RUN.values()] if (study.parent.parent / RECORD).exists() else []
+    named = (
+        [str(entry.file.resolve()) for entry in HAVE_RUN.values()] if (study.parent.parent / RECORD).exists() else []
+    )
     code = [word for file in named for word in ("--code", file)]
-    return [*code, "run", str(study), "--out", str(folder), "--json", *([] if starts is None else ["--starts", str(starts)])]
+    return [
+        *code,
+        "run",
+        str(study),
+        "--out",
+        str(folder),
+        "--json",
+        *([] if starts is None else ["--starts", str(starts)]),
+    ]
 
 
 def progress_of(line: str) -> dict[str, Any] | None:

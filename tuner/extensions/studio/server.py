@@ -116,7 +116,9 @@ class Studio:
         return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
 
     async def _opened(self) -> AsyncIterator[str]:
-        async for text in self._waited(lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})):
+        async for text in self._waited(
+            lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})
+        ):
             yield text
 
     async def _answers(self, asked: Asked) -> AsyncIterator[str]:
@@ -192,13 +194,20 @@ def bound_socket(port: int) -> socket.socket:
         listening.listen()
     except OSError as error:
         listening.close()
-        raise InputError(f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port") from None
+        raise InputError(
+            f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port"
+        ) from None
     return listening
 
 
 def server_of(studio: Studio) -> uvicorn.Server:
     """Return a server that logs neither addresses nor requests."""
     config = uvicorn.Config(
-        studio.app(), log_level="error", access_log=False, server_header=False, lifespan="off", timeout_graceful_shutdown=2
+        studio.app(),
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        lifespan="off",
+        timeout_graceful_shutdown=2,
     )
     return uvicorn.Server(config)

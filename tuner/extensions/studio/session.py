@@ -14,13 +14,13 @@ from tuner.api.gains import Gains, gains_of, gains_of_plant, read_gains
 from tuner.api.studies import gains_study
 from tuner.documents.opening import kind_in
 from tuner.documents.tuning import TuningFolder
+from tuner.store.advice import RECORD
+from tuner.store.inputs import read_record
 from tuner.study.files import named_study, study_file
 from tuner.study.kinds import load_any
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.tuning_study import TuningStudy
-from tuner.store.advice import RECORD
-from tuner.store.inputs import read_record
 
 DEFAULT_STUDY = "quickstart"
 """Name of the study that opens without an argument."""
@@ -98,9 +98,7 @@ class Session:
     def values(self, row: np.ndarray) -> dict[str, float]:
         """Return the values of the variables in a gains row (g,)."""
         space = self.study.space
-        return {
-            each.name: float(row[columns[0]]) for each, columns in zip(space.variables, space.columns, strict=True)
-        }
+        return {each.name: float(row[columns[0]]) for each, columns in zip(space.variables, space.columns, strict=True)}
 
     def gains(self, row: np.ndarray) -> Gains:
         """Return a gains row (g,) as gains of the Python API."""

@@ -18,7 +18,10 @@ def test_the_first_address_sets_a_cookie_and_hides_the_token(client):
     assert "HttpOnly" in cookie and "SameSite=strict" in cookie
     status, headers, text = client.ask("/", headers={**TOKENLESS, "Cookie": cookie.partition(";")[0]})
     assert status == 200 and client.door.token not in text.decode()
-    assert "script-src 'self';" in headers["content-security-policy"] and "unsafe-inline'; img" in headers["content-security-policy"]
+    assert (
+        "script-src 'self';" in headers["content-security-policy"]
+        and "unsafe-inline'; img" in headers["content-security-policy"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -67,7 +70,10 @@ def test_long_messages_are_refused_announced_or_not(client):
     [
         ({"values": {"angle.kp": 61.0}}, "angle.kp: given 61; allowed: 1 to 60. Widen the range in the study's"),
         ({"values": {"angle.kp": "7"}}, "angle.kp: allowed: a finite number"),
-        ({"values": {"angle.zeta": 1.0}}, "angle.zeta: no gain of this study; its gains are angle.kp, angle.ki, angle.kd"),
+        (
+            {"values": {"angle.zeta": 1.0}},
+            "angle.zeta: no gain of this study; its gains are angle.kp, angle.ki, angle.kd",
+        ),
         ({"values": [1]}, "values: given a list"),
         ({"scenario": 1}, "scenario: allowed: a whole number from 0 to 0"),
         ({"number": -1}, "number: allowed"),
