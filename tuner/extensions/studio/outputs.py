@@ -1,4 +1,4 @@
-"""What leaves the page, written into one folder: gains.json, exports, studies and opinions, with the refusals of their commands."""
+"""Outputs of the page in one folder: gains.json, exports, studies and opinions, with the refusals of their commands."""
 
 import os
 import re

@@ -59,6 +59,7 @@ def test_margins_are_those_of_margins(bench, by_hand):
 def test_the_worst_amplitudes_curve_touches_the_peak_of_sensitivity(bench, by_hand):
     gains, study = by_hand
     ms = tuner.margins(gains, study=study).document.channels[0].quantities["ms"].value
+    assert ms is not None
     loop = bench.loops.curve(asked(bench).settings[0], "angle").response
     # A grid of 300 frequencies misses the peak by little and never exceeds it.
     assert 0.99 * ms < float(np.max(1.0 / np.abs(1.0 + loop))) <= ms * (1.0 + 1e-9)

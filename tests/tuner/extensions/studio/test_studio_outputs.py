@@ -5,6 +5,7 @@ import pytest
 import tuner
 from tuner.extensions.studio.asking import asked_of
 from tuner.extensions.studio.outputs import Outputs
+from tuner.study.plant_study import PlantStudy
 
 VALUES = {"angle.kp": 8.0, "angle.ki": 12.0, "angle.kd": 0.12}
 
@@ -17,7 +18,7 @@ def asked(bench):
 def test_a_study_of_the_setting_has_it_as_default(bench, asked, tmp_path):
     outputs = Outputs(bench, tmp_path)
     assert "tuner run" in outputs.study(asked, {"file": "mine.toml"})["text"]
-    study = tuner.load_study(tmp_path / "mine.toml")
+    study = tuner.load_study(tmp_path / "mine.toml", kind=PlantStudy)
     assert tuner.read_gains(tmp_path / "mine.toml")["angle.kp"] == 8.0
     # All but the default is the study that was opened.
     before = bench.session.study

@@ -27,7 +27,7 @@ def until(client, wanted, since=0):
         if wanted(state):
             return state
         time.sleep(0.1)
-    raise AssertionError(state)
+    raise AssertionError("the search never came to the wanted state")
 
 
 def files_of(folder):
