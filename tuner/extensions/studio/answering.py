@@ -14,6 +14,7 @@ from tuner.extensions.studio.tables import judged, loop_table, precision_note, s
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import page_data
 from tuner.report.sheets import fans_of
+from tuner.study.plant_study import PlantStudy
 
 Document = dict[str, Any]
 
@@ -119,12 +120,7 @@ def opening(bench: Bench) -> Document:
         "scenarios": [entry.spec.name for entry in session.study.scenarios],
         "channels": bench.loops.channels,
         "stages": list(STAGES),
+        "noun": "simulations" if isinstance(session.study, PlantStudy) else "flights",
         "points": {} if bench.front.run is None else bench.front.run.points(),
         "live": bench.front.run is not None and session.results is None,
     }
-
-
-def fixed_answer(bench: Bench, setting: Setting) -> Asked:
-    """Return the request of the page that has just been opened."""
-    channels = bench.loops.channels
-    return Asked(0, "", (setting, *bench.session.fixed), 0, channels[0] if channels else "")

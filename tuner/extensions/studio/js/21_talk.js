@@ -26,6 +26,7 @@ const byHand = () => ({ values: studio.values, pins: studio.pins, scenario: stud
 
 // Ask for the answer to the present setting; while the first line of one is under way, the next request waits for it.
 function request() {
+  delete document.documentElement.dataset.rest;
   if (talk.busy) { talk.dirty = true; return; }
   send();
 }

@@ -33,7 +33,7 @@ function loopTable({ channels, rows }) {
 
 function showNumbers(answer) {
   byId("table").replaceChildren(judgedTable(answer.rows, answer.others));
-  byId("evidence").textContent = `${answer.flights} flights of each scenario, 95 % intervals, differences paired. ${answer.note}`.trim();
+  byId("evidence").textContent = `${answer.flights} ${studio.study.noun} of each scenario, 95 % intervals, differences paired. ${answer.note}`.trim();
   if (answer.loops) {
     byId("loop-table").replaceChildren(loopTable(answer.loops));
     byId("loop-fold").hidden = false;

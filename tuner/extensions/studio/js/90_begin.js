@@ -3,7 +3,7 @@
 function show(answer, begin) {
   complain("");
   byId("summary").textContent = answer.summary;
-  say(answer.last ? "" : `${answer.flights} flights; more follow while the setting rests.`);
+  say(answer.last ? "" : `${answer.flights} ${studio.study.noun}; more follow while the setting rests.`);
   showNumbers(answer);
   showCharts(answer);
   if (answer.last) announce(answer.summary);
@@ -12,6 +12,7 @@ function show(answer, begin) {
     const { dataset } = document.documentElement;
     dataset.answered = String(answer.number);
     dataset.flights = String(answer.flights);
+    if (answer.last && answer.number === talk.number && !talk.dirty) dataset.rest = "yes";
     if (answer.flights === studio.study.stages[0]) dataset.latency = String(Math.round(performance.now() - begin));
   }));
 }
