@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from tuner.extensions.studio.asking import Asked
 from tuner.extensions.studio.charts import margin_panels, response_panels
 from tuner.extensions.studio.flights import STAGES, Flights
 from tuner.extensions.studio.front import Front
 from tuner.extensions.studio.loops import LoopCurves, shaded_limits
-from tuner.extensions.studio.session import Session, Setting
+from tuner.extensions.studio.messages import PageRequest
+from tuner.extensions.studio.session import Session
 from tuner.extensions.studio.tables import judged, loop_table, precision_note, summary
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import page_data
@@ -46,18 +46,20 @@ class Bench:
         return dict(shaded_limits(self.session.study))
 
 
-def answer(bench: Bench, asked: Asked, count: int) -> Document:
-    """Return the answer to a request on so many flights of each scenario.
+def answer(bench: Bench, request: PageRequest, count: int) -> Document:
+    """Return the answer to a request.
+
+    count: flights of each scenario.
 
     Every number comes from the functions behind `tuner fly`, `tuner margins` and the table of `tuner run`.
     """
     session = bench.session
     # With the first flights the setting is compared with the default alone, because the hand still moves.
-    others = asked.settings[1:] if count > STAGES[0] else asked.settings[1:2]
-    rows = judged(session, bench.flights, [asked.settings[0], *others], count)
-    panels = [*_responses(bench, asked, count), *_margins(bench, asked), *bench.front.panels(rows)]
+    others = request.settings[1:] if count > STAGES[0] else request.settings[1:2]
+    rows = judged(session, bench.flights, [request.settings[0], *others], count)
+    panels = [*_responses(bench, request, count), *_margins(bench, request), *bench.front.panels(rows)]
     document: Document = {
-        "number": asked.number,
+        "number": request.number,
         "flights": count,
         "last": count >= STAGES[-1],
         "rows": rows,
@@ -67,28 +69,28 @@ def answer(bench: Bench, asked: Asked, count: int) -> Document:
         **page_data(panels),
     }
     if count > STAGES[0] and bench.loops.channels:
-        document["loops"] = loop_table(bench.loops.margins(asked.settings[0]))
+        document["loops"] = loop_table(bench.loops.margins(request.settings[0]))
     return document
 
 
-def _responses(bench: Bench, asked: Asked, count: int) -> list[Panel]:
-    scenario = bench.session.study.scenarios[asked.scenario].spec.name
+def _responses(bench: Bench, request: PageRequest, count: int) -> list[Panel]:
+    scenario = bench.session.study.scenarios[request.scenario].spec.name
     by_key = {
-        setting.key: fans_of(bench.flights.responses(setting.row, asked.scenario, count), scenario)
-        for setting in asked.settings
+        setting.key: fans_of(bench.flights.responses(setting.row, request.scenario, count), scenario)
+        for setting in request.settings
     }
-    return response_panels(by_key, _names(asked))
+    return response_panels(by_key, _names(request))
 
 
-def _margins(bench: Bench, asked: Asked) -> list[Panel]:
-    if not asked.channel:
+def _margins(bench: Bench, request: PageRequest) -> list[Panel]:
+    if not request.channel:
         return []
-    loops = {setting.key: bench.loops.curve(setting, asked.channel) for setting in asked.settings}
-    return margin_panels(loops, _names(asked), bench.limits)
+    loops = {setting.key: bench.loops.curve(setting, request.channel) for setting in request.settings}
+    return margin_panels(loops, _names(request), bench.limits)
 
 
-def _names(asked: Asked) -> dict[str, str]:
-    return {setting.key: setting.name for setting in asked.settings}
+def _names(request: PageRequest) -> dict[str, str]:
+    return {setting.key: setting.name for setting in request.settings}
 
 
 def opening(bench: Bench) -> Document:

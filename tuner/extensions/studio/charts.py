@@ -36,7 +36,7 @@ def ordered(keys: Sequence[str]) -> list[int]:
 
 
 def response_panels(by_key: Mapping[str, Sequence[Fan]], names: Mapping[str, str]) -> list[Panel]:
-    """Return a panel for each signal, with band and median of every setting.
+    """Return a panel for each signal with the bands of all settings.
 
     Args:
         by_key: Fans of each setting by its key.
@@ -64,7 +64,7 @@ def _signal(k: int, signal: str, by_key: Mapping[str, Sequence[Fan]], names: Map
 
 
 def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: Mapping[str, float]) -> list[Panel]:
-    """Return Bode and Nyquist with the curve of every setting and what the limits forbid.
+    """Return Bode and Nyquist of all settings, with shaded limits.
 
     Args:
         loops: Loop of each setting by its key.

@@ -17,7 +17,7 @@ from tuner.study.plant_study import PlantStudy
 
 METHODS = ("simc", "herbst")
 """Rules with a closed-loop time, in the order in which they are tried."""
-SLOWED = {"t_i": 1.0, "ki": -1.0, "omega_o": -1.0}
+SLOWING_POWERS = {"t_i": 1.0, "ki": -1.0, "omega_o": -1.0}
 """Name of a gain -> power of the robustness that multiplies it."""
 ROBUSTNESS = (0.5, 4.0)
 """Range of the robustness; 1 is the rule's own."""
@@ -38,19 +38,19 @@ class Rules:
 
     @property
     def offers(self) -> dict[str, Any] | None:
-        """Method and ranges of the sliders, None where no rule designs a channel."""
-        method = self._found()
+        """Method and ranges of the sliders; None without a rule."""
+        method = self._first_method()
         if not method:
             return None
         low, high = self._times()
         return {"method": method, "low": low, "high": high, "robustness": list(ROBUSTNESS)}
 
     def values(self, time: float, robustness: float) -> tuple[dict[str, float], list[str]]:
-        """Return the values of the variables at a closed-loop time [s] and a robustness, and notes on ends of ranges.
+        """Return values by variable, and notes on ends of ranges.
 
-        Raises InputError for numbers outside the sliders, or where no rule designs a channel.
+        time: closed-loop time [s]. Raises InputError for numbers outside the sliders, or where no rule designs a channel.
         """
-        method, (low, high) = self._found(), self._times()
+        method, (low, high) = self._first_method(), self._times()
         if not method:
             raise InputError("no rule of `tuner design` takes a channel of this study; move the gains instead")
         for name, value, ends in (("time", time, (low, high)), ("robustness", robustness, ROBUSTNESS)):
@@ -64,10 +64,10 @@ class Rules:
 
     @property
     def _study(self) -> PlantStudy:
-        assert isinstance(self._session.study, PlantStudy), "see `_found`"
+        assert isinstance(self._session.study, PlantStudy), "see `_first_method`"
         return self._session.study
 
-    def _found(self) -> str:
+    def _first_method(self) -> str:
         """Return the first rule that designs a channel, "" without one."""
         if self._method is None:
             self._method = next((name for name in METHODS if self._designs(name)), "")
@@ -92,7 +92,7 @@ class Rules:
         return rounded(PERIODS * study.system.timing.control_period), rounded(longest)
 
     def _within(self, row: np.ndarray) -> tuple[dict[str, float], list[str]]:
-        """Return the values within their ranges, and a note on each that was moved to an end."""
+        """Return values within their ranges, and notes on moved ones."""
         values, notes = self._session.values(row), list[str]()
         for variable in self._study.space.variables:
             value = values[variable.name]
@@ -104,11 +104,14 @@ class Rules:
 
 
 def slowed(study: PlantStudy, row: np.ndarray, robustness: float, channels: set[str]) -> np.ndarray:
-    """Return a gains row (g,) with integral action and observers of some channels slowed by a factor."""
+    """Return a gains row (g,) with slower integral action and observers.
+
+    robustness: factor by which they are slower. channels: names of those that are changed.
+    """
     out = np.array(row, dtype=float)
     for gain in study.system.gains:
-        if gain.axis in channels and gain.info.name in SLOWED:
-            out[gain.column] *= robustness ** SLOWED[gain.info.name]
+        if gain.axis in channels and gain.info.name in SLOWING_POWERS:
+            out[gain.column] *= robustness ** SLOWING_POWERS[gain.info.name]
     return out
 
 

@@ -34,7 +34,7 @@ class KeptFlights:
         self._rows: OrderedDict[bytes, dict[str, Array]] = OrderedDict()
 
     def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
-        """Return the results (last - first, rows) of a gains row (g,), None if some are missing."""
+        """Return the results (last - first, rows), None if some are missing."""
         row = gains.tobytes()
         results = self._rows.get(row, {}).get(key)
         if results is not None:
@@ -47,8 +47,8 @@ class KeptFlights:
             by_key = self._rows.setdefault(row.tobytes(), {})
             self._rows.move_to_end(row.tobytes())
             before = by_key.get(key)
-            known = 0 if before is None else len(before)
-            if first <= known < first + len(made):
+            count = 0 if before is None else len(before)
+            if first <= count < first + len(made):
                 by_key[key] = made.copy() if before is None else np.concatenate([before[:first], made])
         while len(self._rows) > self._most:
             self._rows.popitem(last=False)
@@ -77,7 +77,10 @@ class Flights:
         return tuple(FlightBatch(entry.spec, HELD_OUT, flights) for entry in self.study.scenarios)
 
     def evaluate(self, rows: Array, flights: int) -> Evaluation:
-        """Return the evaluation of gains rows (n, g) on the first flights of each scenario."""
+        """Return the evaluation of gains rows (n, g).
+
+        flights: number of each scenario, from the first on.
+        """
         before = 0
         for last in (*[stage for stage in STAGES if stage < flights], flights):
             self._fly_on(rows, before, last)
@@ -85,14 +88,17 @@ class Flights:
         return self.problem.evaluate_gains(rows, self.batches(flights), fly_all=True, complete=True)
 
     def _fly_on(self, rows: Array, first: int, last: int) -> None:
-        """Fly from one stage to the next, so that no flight is made twice."""
+        """Fly from one stage to the next."""
         for entry in self.study.scenarios:
             batch = FlightBatch(entry.spec, HELD_OUT, last, first)
             for begin, end in self.problem.chunks(batch):
                 self.problem.results(rows, batch, begin, end)
 
     def responses(self, row: Array, scenario: int, flights: int) -> Responses:
-        """Return the recorded responses of a gains row (g,), of 64 flights at most as `tuner fly` has them."""
+        """Return the recorded responses of a gains row (g,).
+
+        They are of 64 flights at most, as those of `tuner fly`.
+        """
         count = min(flights, FAN_FLIGHTS)
         key = (row.tobytes(), scenario, count)
         if key not in self._responses:
@@ -109,7 +115,7 @@ class Flights:
         return self._inputs[scenario, count]
 
     def costs(self, flights: int) -> Array:
-        """Return the cost of a flight that is lost at once, by quantity."""
+        """Return the costs (quantities,) of a flight lost at once."""
         if flights not in self._costs:
             self._costs[flights] = loss_costs(self.problem, self.batches(flights))
         return self._costs[flights]

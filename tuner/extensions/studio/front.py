@@ -41,13 +41,15 @@ class Front:
         base = self._base(objectives)
         x, *y = (np.array([np.nan if row["value"] is None else row["value"]]) for row in objectives)
         height = y[0] if y else np.ones(1)
-        here = Points(
+        place = Points(
             name="here", look=LOOKS["here"], x=x, y=height, hover=["the setting at hand"], show={"layer": "here"}
         )
-        return [Panel(KEY, "Trade-off", base.x, base.y, [*base.marks, here], form="pair", aid=base.aid, rows=base.rows)]
+        return [
+            Panel(KEY, "Trade-off", base.x, base.y, [*base.marks, place], form="pair", aid=base.aid, rows=base.rows)
+        ]
 
     def _base(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
-        """Return the panel without the setting at hand, drawn anew when the run has grown."""
+        """Return the panel without the setting at hand."""
         run = self.run
         state = (run, 0 if run is None else len(run.generations()), run is not None and run.has_ended)
         if state != self._drawn:

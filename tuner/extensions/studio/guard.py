@@ -72,7 +72,7 @@ class Door:
         return hmac.compare_digest(given.encode(), self.token.encode())
 
     def refusal(self, scope: Scope) -> Response | None:
-        """Return the answer to a request that is refused, None for one that may pass."""
+        """Return the refusal of a request, None for one that may pass."""
         headers = Headers(scope=scope)
         names = {f"{name}:{self.port}" for name in NAMES}
         if headers.get("host", "") not in names:

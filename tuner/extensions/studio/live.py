@@ -57,7 +57,7 @@ def watch(folder: str, *code: str) -> None:
 
 
 def opened(folder: Path, code: Sequence[str]) -> Session:
-    """Return the session of a folder as soon as a run has begun it."""
+    """Return the session of a folder, once a run has begun it."""
     end = monotonic() + PATIENCE
     while not (folder / RECORD).exists():
         if monotonic() > end:

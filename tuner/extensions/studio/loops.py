@@ -18,9 +18,9 @@ from tuner.study.searched import SearchedStudy
 Array = np.ndarray
 POINTS = 300
 """Frequencies of a curve; a chart has no more pixels."""
-SHADED = {"phase_margin": "phase_margin", "gain_up": "gain_margin", "ms": "ms"}
+SHADED_MARGINS = {"phase_margin": "phase_margin", "gain_up": "gain_margin", "ms": "ms"}
 """Margin of the usual limits -> margin of a study, which charts shade."""
-MAX_KEPT = 48
+MAX_SETTINGS = 48
 """Settings whose curves and margins are kept."""
 
 
@@ -54,11 +54,14 @@ class LoopCurves:
         return self.model.figure_frequencies(self.model.evaluate(self._session.default.row[None]), POINTS)
 
     def curve(self, setting: Setting, channel: str) -> Loop:
-        """Return the curve of a channel in the amplitude with the largest peak of sensitivity."""
+        """Return the curve of a channel in its worst amplitude.
+
+        That is the one with the largest peak of the sensitivity.
+        """
         key = (setting.row.tobytes(), channel)
         if key not in self._curves:
             self._curves[key] = self._worst(setting.row, channel)
-            while len(self._curves) > MAX_KEPT:
+            while len(self._curves) > MAX_SETTINGS:
                 self._curves.popitem(last=False)
         return self._curves[key]
 
@@ -70,12 +73,15 @@ class LoopCurves:
         return Loop("", channel, True, {}, model.cases[worst].label if len(loops) > 1 else "", w, loops[worst])
 
     def margins(self, setting: Setting) -> MarginsDocument:
-        """Return the margins of a setting, as `tuner margins GAINS --study STUDY --json` prints them."""
+        """Return the margins of a setting.
+
+        They are those of `tuner margins GAINS --study STUDY --json`.
+        """
         key = setting.row.tobytes()
         if key not in self._documents:
             gains = self._session.gains(setting.row)
             self._documents[key] = gains.judge_margins(Trim(), self._session.study, False)[1]
-            while len(self._documents) > MAX_KEPT:
+            while len(self._documents) > MAX_SETTINGS:
                 self._documents.popitem(last=False)
         return self._documents[key]
 
@@ -85,7 +91,7 @@ def shaded_limits(study: SearchedStudy) -> Mapping[str, float]:
 
     Those of the study's [[margin]] tables, the usual ones where it has none.
     """
-    usual = {SHADED.get(entry.quantity, entry.quantity): entry.limit for entry in LIMITS}
-    asked = {entry.label.partition("(")[0].partition(".")[0]: entry.limit for entry in study.requirements}
-    limits = asked if any(name in asked for name in SHADED.values()) else usual
-    return {name: limits[name] for name in SHADED.values() if name in limits}
+    usual = {SHADED_MARGINS.get(entry.quantity, entry.quantity): entry.limit for entry in LIMITS}
+    given = {entry.label.partition("(")[0].partition(".")[0]: entry.limit for entry in study.requirements}
+    limits = given if any(name in given for name in SHADED_MARGINS.values()) else usual
+    return {name: limits[name] for name in SHADED_MARGINS.values() if name in limits}

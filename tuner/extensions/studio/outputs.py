@@ -16,7 +16,7 @@ from tuner.api.gains import Gains, PlantGains
 from tuner.exchange.registry import exporters
 from tuner.extension import added
 from tuner.extensions.studio.answering import Bench
-from tuner.extensions.studio.asking import Asked, text_of
+from tuner.extensions.studio.messages import PageRequest, text_of
 from tuner.extensions.studio.session import Setting
 from tuner.store.document import taken
 from tuner.study.kinds import load_gains_study
@@ -48,7 +48,7 @@ class Outputs:
 
     @property
     def offers(self) -> Answer:
-        """What the page offers: targets, and whether gains can be judged against present ones."""
+        """Offers of the page: targets, folder, and whether gains can be judged."""
         is_plant = isinstance(self._gains(self._bench.session.default), PlantGains)
         targets = [name for name, target in exporters().items() if not is_plant or target.export_plant is not None]
         return {
@@ -68,16 +68,16 @@ class Outputs:
             )
         return self._folder / name
 
-    def save(self, asked: Asked, message: Answer) -> Answer:
+    def save(self, request: PageRequest, message: Answer) -> Answer:
         """Write gains.json."""
-        path = self._gains(asked.settings[0]).write(self.place(message.get("file"), "file", ".json"))
+        path = self._gains(request.settings[0]).write(self.place(message.get("file"), "file", ".json"))
         return {"text": f"Written: {path}"}
 
-    def export(self, asked: Asked, message: Answer) -> Answer:
-        """Export the gains, as `tuner export` does, and return the findings of its verification."""
+    def export(self, request: PageRequest, message: Answer) -> Answer:
+        """Export the gains, as `tuner export` does."""
         target = text_of(message.get("target"), "target")
         place = self.place(message.get("folder"), "folder")
-        gains = self._gains(asked.settings[0])
+        gains = self._gains(request.settings[0])
         study = self._bench.session.study if isinstance(gains, PlantGains) else None
         made = export(gains, target, place, previous=self._present, study=study, flights=EXPORT_FLIGHTS)
         verdict = (
@@ -85,38 +85,38 @@ class Outputs:
         )
         return {"text": f"Written: {made.folder}; {verdict}.", "lines": list(made.document.lossy)}
 
-    def study(self, asked: Asked, message: Answer) -> Answer:
+    def study(self, request: PageRequest, message: Answer) -> Answer:
         """Write a study whose default is the setting."""
         path = self.place(message.get("file"), "file", ".toml")
-        write_study(self._bench, asked.settings[0], path)
+        write_study(self._bench, request.settings[0], path)
         return {"text": f"Written: {path}. Run it with: tuner run {path}"}
 
-    def judge(self, asked: Asked, message: Answer) -> Answer:
+    def judge(self, request: PageRequest, message: Answer) -> Answer:
         """Judge the gains against the present file, as `tuner judge` does."""
         if self._present is None or "judge" not in added("api"):
             raise InputError("needs the file of the present gains; start tuner studio with --present FILE")
         place = self.place(message.get("folder"), "folder")
-        with self._gains(asked.settings[0]).file() as file:
+        with self._gains(request.settings[0]).file() as file:
             opinion = tuner.judge(file, self._present, out=place)
         document = opinion.document
         return {"text": f"{document.verdict}: {document.sentence} Written: {place}", "lines": list(document.reasons)}
 
-    def compare(self, asked: Asked, _: Answer) -> Answer:
-        """Compare all settings on flights that the page never shows, as `tuner compare` does."""
-        settings = asked.settings[1:] + asked.settings[:1]
+    def compare(self, request: PageRequest, _: Answer) -> Answer:
+        """Compare all settings on new flights, as `tuner compare` does."""
+        settings = request.settings[1:] + request.settings[:1]
         with TemporaryDirectory() as folder:
             files = [
                 self._gains(each).write(Path(folder) / f"{name}.json")
                 for each, name in zip(settings, file_names(settings), strict=True)
             ]
             document = compare(files, study=self._bench.session.study, flights=COMPARED_FLIGHTS).document
-        here = document.contenders[-1].name
+        last = document.contenders[-1].name
         units = {row.label: row.unit for row in document.quantities}
         lines = [
-            f"{row.quantity}: {here} − {row.first} = {' '.join(estimate(*row.estimate, signed=True))}"
+            f"{row.quantity}: {last} − {row.first} = {' '.join(estimate(*row.estimate, signed=True))}"
             f"{after_number(units[row.quantity])}: {row.verdict if row.lower is None else f'lower with {row.lower}'}"
             for row in document.differences
-            if row.second == here
+            if row.second == last
         ]
         return {"text": f"{COMPARED_FLIGHTS} new flights of each scenario, paired:", "lines": lines}
 

@@ -23,7 +23,7 @@ REPORT_SCRIPTS = (
 def page_text(session: Session) -> str:
     """Return the page of a session as HTML."""
     responses, loops = blank_panels(session)
-    return Template(own("studio.html")).substitute(
+    return Template(studio_file("studio.html")).substitute(
         title=safe(session.study.title),
         about=safe(", ".join(f"{key} {value}" for key, value in session.study.about)),
         responses=join(map(frame, responses)),
@@ -59,14 +59,14 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
     return responses, loops
 
 
-def own(name: str) -> str:
+def studio_file(name: str) -> str:
     """Return the text of a file of the extension."""
     return files("tuner.extensions.studio").joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
 def script() -> str:
-    """Return all scripts in the order of their names, those of the report first."""
+    """Return all scripts, those of the report first."""
     reports = [asset(f"js/{name}") for name in REPORT_SCRIPTS]
     folder = files("tuner.extensions.studio").joinpath("js")
     mine = [entry.read_text(encoding="utf-8") for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)]
@@ -76,4 +76,4 @@ def script() -> str:
 @cache
 def styles() -> str:
     """Return the report's style sheet, and that of the studio behind it."""
-    return f"{asset('page.css')}\n{own('studio.css')}"
+    return f"{asset('page.css')}\n{studio_file('studio.css')}"

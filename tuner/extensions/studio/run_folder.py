@@ -79,7 +79,7 @@ class RunFolder:
     def points(self, since: int = 0) -> dict[str, dict[str, float]]:
         """Return the values of the variables by point: candidates from a generation on, and the front of an ended run."""
         names = [each.name for each in self._study.space.variables]
-        found = {
+        points = {
             name: dict(zip(names, row, strict=True))
             for generation in self.generations()[since:]
             for name, row in zip(generation.names, generation.gains.tolist(), strict=True)
@@ -87,7 +87,7 @@ class RunFolder:
         results = self.results
         if results is not None:
             front = results.held_out_front
-            found |= {
+            points |= {
                 p: dict(zip(names, row, strict=True)) for p, row in zip(front.points, front.gains.tolist(), strict=True)
             }
-        return found
+        return points

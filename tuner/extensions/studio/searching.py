@@ -20,7 +20,7 @@ from plant.own_code import HAVE_RUN
 from plant.python_process import python_command
 from tuner.cli.answer import PROGRESS
 from tuner.extensions.studio.answering import Bench
-from tuner.extensions.studio.asking import Asked, whole
+from tuner.extensions.studio.messages import PageRequest, whole_number
 from tuner.extensions.studio.run_folder import RunFolder
 from tuner.store.advice import RECORD
 
@@ -50,8 +50,8 @@ class Searches:
         self._follower: Thread | None = None
         self._messages: deque[str] = deque(maxlen=MAX_LINES)
 
-    def start(self, asked: Asked, message: Answer) -> Answer:
-        """Start `tuner run` into a new folder, from the setting or as the study says."""
+    def start(self, request: PageRequest, message: Answer) -> Answer:
+        """Start `tuner run` into a new folder, from setting or study."""
         folder = self._place(message.get("folder"), "folder")
         if os.path.lexists(folder):
             raise InputError(f"{folder} exists already; give another name", key="folder")
@@ -59,15 +59,17 @@ class Searches:
             if self.is_running:
                 raise InputError("a search is running already; stop it first")
             self._start(
-                command_line(self._bench, folder, self._start_file(asked) if message.get("from") == "setting" else None)
+                command_line(
+                    self._bench, folder, self._start_file(request) if message.get("from") == "setting" else None
+                )
             )
             self._bench.front.run = RunFolder(folder, self._bench.session.study)
         return {"text": f"Started: {folder}"}
 
-    def _start_file(self, asked: Asked) -> Path:
-        """Return a file of the setting in a folder that ends with the search."""
+    def _start_file(self, request: PageRequest) -> Path:
+        """Return a file of the setting, which ends with the studio."""
         self._starts = TemporaryDirectory()
-        return self._bench.session.gains(asked.settings[0].row).write(Path(self._starts.name) / "gains.json")
+        return self._bench.session.gains(request.settings[0].row).write(Path(self._starts.name) / "gains.json")
 
     def _start(self, arguments: list[str]) -> None:
         self._stage, self._done, self._total = "", 0, 0
@@ -127,8 +129,8 @@ class Searches:
             self._starts.cleanup()
 
     def state(self, message: Answer) -> Answer:
-        """Return stage, flights and new points of the run; since: generations that the page knows."""
-        since = whole(message.get("since", 0), MAX_SINCE, "since")
+        """Return stage, flights and new points of the run; since: generations that the page has."""
+        since = whole_number(message.get("since", 0), MAX_SINCE, "since")
         run = self._bench.front.run
         if run is None:
             return {"running": False, "generations": 0, "points": {}, "text": ""}
@@ -155,7 +157,7 @@ class Searches:
 
 
 def command_line(bench: Bench, folder: Path, starts: Path | None) -> list[str]:
-    """Return the arguments of `tuner` that search a session's study into a folder."""
+    """Return the arguments of `tuner` for a search into a folder."""
     study = bench.session.study.path
     # Code of a results folder runs where it was named for this process alone.
     named = (

@@ -16,10 +16,10 @@ from starlette.routing import Route
 
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
-from tuner.extensions.studio.asking import Asked, asked_of, table_of, values_of
 from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
+from tuner.extensions.studio.messages import PageRequest, read_request, table_of, values_of
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
@@ -38,7 +38,7 @@ class Studio:
     Args:
         work: Answers of an opened study.
         door: Address and token.
-        outputs: What may be written.
+        outputs: Files that may be written.
     """
 
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
@@ -79,32 +79,32 @@ class Studio:
     async def answer(self, request: Request) -> Response:
         """Return the answers to a setting, one line for each stage."""
         message = await message_of(request)
-        asked = self.work.asked(message)
-        return self._lines(self._answers(asked))
+        page_request = self.work.checked(message)
+        return self._lines(self._answers(page_request))
 
     async def design(self, request: Request) -> Response:
         """Return the gains of a rule at a speed and a robustness."""
-        asked = values_of(await message_of(request))
+        page_request = values_of(await message_of(request))
         rules = self.rules
 
         def designed() -> str:
-            values, notes = rules.values(asked.get("time", 0.0), asked.get("robustness", 1.0))
+            values, notes = rules.values(page_request.get("time", 0.0), page_request.get("robustness", 1.0))
             return line({"values": values, "text": " ".join(notes)})
 
         return self._lines(self._waited(designed))
 
-    def _written(self, write: Callable[[Asked, dict[str, Any]], Any]) -> Callable[[Request], Any]:
+    def _written(self, write: Callable[[PageRequest, dict[str, Any]], Any]) -> Callable[[Request], Any]:
         """Return the end point of a file that a setting leaves."""
 
         async def made(request: Request) -> Response:
             message = await message_of(request)
-            asked = asked_of(self.work.bench.session, [], message)
-            return self._lines(self._waited(lambda: line(write(asked, message))))
+            page_request = read_request(self.work.bench.session, [], message)
+            return self._lines(self._waited(lambda: line(write(page_request, message))))
 
         return made
 
     def _aside(self, task: Callable[[Any], Any]) -> Callable[[Request], Any]:
-        """Return the end point of a task that waits for no answer under way."""
+        """Return the end point of a task next to the answers."""
 
         async def made(request: Request) -> Response:
             message = table_of(await message_of(request), "message")
@@ -121,12 +121,12 @@ class Studio:
         ):
             yield text
 
-    async def _answers(self, asked: Asked) -> AsyncIterator[str]:
+    async def _answers(self, page_request: PageRequest) -> AsyncIterator[str]:
         for count, rest in STAGES_AFTER.items():
             # Flights that only a hand at rest waits for would hold up the next move.
             await asyncio.sleep(rest)
             stale = True
-            async for text in self._waited(lambda count=count: self.work.stage(asked, count)):
+            async for text in self._waited(lambda count=count: self.work.stage(page_request, count)):
                 if text is not None:
                     yield text
                     stale = False
@@ -134,13 +134,13 @@ class Studio:
                 return
 
     async def _waited(self, task: Callable[[], str | None]) -> AsyncIterator[Any]:
-        """Yield lines of progress while a task waits and works, then its line."""
-        future, told = self.work.submit(task), ""
+        """Yield lines of progress during a task, then its line."""
+        future, latest = self.work.submit(task), ""
         waiting = asyncio.wrap_future(future)
         while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
-            if self.work.notes.text != told:
-                told = self.work.notes.text
-                yield line({"progress": told})
+            if self.work.notes.text != latest:
+                latest = self.work.notes.text
+                yield line({"progress": latest})
         try:
             yield waiting.result()
         except ToolError as error:

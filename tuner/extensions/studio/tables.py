@@ -45,7 +45,7 @@ def judged(session: Session, flights: Flights, settings: Sequence[Setting], coun
 def _pair(
     session: Session, flights: Flights, evaluation: Evaluation, rows: np.ndarray, other: int, count: int
 ) -> list[ComparedRow | RequiredRow]:
-    """Return the comparison of the setting at hand with another one, by the rules of a run's table."""
+    """Return the comparison of the setting at hand with another."""
     problem, study = flights.problem, session.study
     both = rows_of(evaluation, (other, 0))
     flown = compare(problem, both, study.seed, study.table.relevant, flights.costs(count))
@@ -122,7 +122,7 @@ def _count(part: int, of: int) -> str:
 
 
 def precision_note(session: Session, count: int) -> str:
-    """Return a sentence on risks whose tail holds few of the flights, "" without one."""
+    """Return a sentence on risks with few flights in the tail."""
     few = [
         entry.label
         for entry in session.study.objectives
@@ -132,7 +132,7 @@ def precision_note(session: Session, count: int) -> str:
 
 
 def loop_table(document: MarginsDocument) -> Row:
-    """Return the margins of each loop, as `tuner margins` has them, in shown units."""
+    """Return the margins of each loop in shown units."""
     channels, rows = document.channels, []
     for name in REPORTED:
         quantity = QUANTITIES[name]

@@ -10,7 +10,7 @@ from typing import Any
 from plant.errors import ToolError
 from tuner.experiments.tuning.problem import warm_up
 from tuner.extensions.studio.answering import Bench, answer, opening
-from tuner.extensions.studio.asking import Asked, asked_of
+from tuner.extensions.studio.messages import PageRequest, read_request
 from tuner.search.watcher import Watcher
 
 MAX_PAGES = 16
@@ -43,21 +43,21 @@ class Latest:
         self._guard = Lock()
         self._numbers: dict[str, int] = {}
 
-    def take(self, asked: Asked) -> None:
+    def take(self, request: PageRequest) -> None:
         """Note a request."""
         with self._guard:
-            self._numbers[asked.page] = max(asked.number, self._numbers.pop(asked.page, -1))
+            self._numbers[request.page] = max(request.number, self._numbers.pop(request.page, -1))
             while len(self._numbers) > MAX_PAGES:
                 del self._numbers[next(iter(self._numbers))]
 
-    def is_stale(self, asked: Asked) -> bool:
-        """Return True where the page has asked for something newer."""
+    def is_stale(self, request: PageRequest) -> bool:
+        """Return True where the page has sent something newer."""
         with self._guard:
-            return self._numbers.get(asked.page, asked.number) > asked.number
+            return self._numbers.get(request.page, request.number) > request.number
 
 
 class Work:
-    """Answers of a bench, computed one after the other in a thread of their own.
+    """Answers of a bench, one at a time in a thread.
 
     Args:
         bench: Session with flights and loops.
@@ -89,19 +89,19 @@ class Work:
             self.notes.text = ""
             self._warmed = True
 
-    def asked(self, message: Any) -> Asked:
+    def checked(self, message: Any) -> PageRequest:
         """Return a checked request, noted as the latest of its page."""
-        asked = asked_of(self.bench.session, self.bench.loops.channels, message)
-        self.latest.take(asked)
-        return asked
+        request = read_request(self.bench.session, self.bench.loops.channels, message)
+        self.latest.take(request)
+        return request
 
-    def stage(self, asked: Asked, count: int) -> str | None:
-        """Return the answer on so many flights as a line of JSON, None where it is stale."""
-        if self.latest.is_stale(asked):
+    def stage(self, request: PageRequest, count: int) -> str | None:
+        """Return an answer as a line of JSON, None if stale."""
+        if self.latest.is_stale(request):
             return None
         self._warm()
         begin, processor = perf_counter(), process_time()
-        document = answer(self.bench, asked, count)
+        document = answer(self.bench, request, count)
         document["seconds"] = round(perf_counter() - begin, 4)
         document["processor"] = round(process_time() - processor, 4)
         return line(document)

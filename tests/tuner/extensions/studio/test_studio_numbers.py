@@ -6,7 +6,7 @@ import pytest
 import tuner
 from objectives.margins.quantities import QUANTITIES
 from tuner.extensions.studio.answering import answer
-from tuner.extensions.studio.asking import asked_of
+from tuner.extensions.studio.messages import read_request
 from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
 
@@ -14,7 +14,7 @@ HAND = {"angle.kp": 8.0, "angle.ki": 12.0, "angle.kd": 0.12}
 
 
 def asked(bench, values=HAND, **others):
-    return asked_of(bench.session, bench.loops.channels, {"number": 1, "values": values, **others})
+    return read_request(bench.session, bench.loops.channels, {"number": 1, "values": values, **others})
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import pytest
 
 import tuner
-from tuner.extensions.studio.asking import asked_of
+from tuner.extensions.studio.messages import read_request
 from tuner.extensions.studio.outputs import Outputs
 from tuner.study.plant_study import PlantStudy
 
@@ -12,7 +12,9 @@ VALUES = {"angle.kp": 8.0, "angle.ki": 12.0, "angle.kd": 0.12}
 
 @pytest.fixture
 def asked(bench):
-    return asked_of(bench.session, ["angle"], {"number": 1, "values": VALUES, "pins": [{"name": "a/b", "values": {}}]})
+    return read_request(
+        bench.session, ["angle"], {"number": 1, "values": VALUES, "pins": [{"name": "a/b", "values": {}}]}
+    )
 
 
 def test_a_study_of_the_setting_has_it_as_default(bench, asked, tmp_path):

@@ -16,7 +16,7 @@ MAX_NUMBER = 2**53
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class PageRequest:
     """A request of the page.
 
     Attributes:
@@ -34,7 +34,7 @@ class Asked:
     channel: str
 
 
-def asked_of(session: Session, channels: list[str], message: Any) -> Asked:
+def read_request(session: Session, channels: list[str], message: Any) -> PageRequest:
     """Return a message as a request; InputError for a key that is wrong.
 
     Args:
@@ -43,15 +43,15 @@ def asked_of(session: Session, channels: list[str], message: Any) -> Asked:
         message: Content of the message, from JSON.
     """
     content = table_of(message, "message")
-    here = Setting("here", session.row(values_of(content.get("values", {}))), "here")
-    scenario = whole(content.get("scenario", 0), len(session.study.scenarios) - 1, "scenario")
+    setting = Setting("here", session.row(values_of(content.get("values", {}))), "here")
+    scenario = whole_number(content.get("scenario", 0), len(session.study.scenarios) - 1, "scenario")
     channel = content.get("channel") or (channels[0] if channels else "")
     if channels:
         check_name("loop", text_of(channel, "channel"), channels, key="channel")
-    return Asked(
-        whole(content.get("number", 0), MAX_NUMBER, "number"),
+    return PageRequest(
+        whole_number(content.get("number", 0), MAX_NUMBER, "number"),
         text_of(content.get("page", ""), "page"),
-        (here, *session.fixed, *_pins(session, content.get("pins", []))),
+        (setting, *session.fixed, *_pins(session, content.get("pins", []))),
         scenario,
         channel if channels else "",
     )
@@ -85,7 +85,7 @@ def values_of(content: Any) -> dict[str, float]:
     return values
 
 
-def whole(content: Any, most: int, key: str) -> int:
+def whole_number(content: Any, most: int, key: str) -> int:
     """Return a whole number from 0 on; InputError for other content."""
     if isinstance(content, bool) or not isinstance(content, int) or not 0 <= content <= most:
         raise InputError(f"allowed: a whole number from 0 to {most}", key=key)
