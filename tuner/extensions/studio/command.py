@@ -19,7 +19,7 @@ def studio(
     given: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[STUDY|RESULTS|GAINS]",
+            metavar="STUDY|RESULTS|GAINS",
             help="A study, a results folder or a gains.json; default: quickstart.",
             show_default=False,
         ),
