@@ -88,15 +88,30 @@ def test_a_key_on_a_slider_moves_numbers_and_charts_and_undo_takes_them_back(rea
     assert here(reader) == before and page.is_disabled("#undo") and not page.is_disabled("#redo")
 
 
+PATHS = "[...document.querySelectorAll('#response-0 .js-line')].map((line) => line.getAttribute('d'))"
+MOVE = """at => { const slider = document.getElementById('slider-0'); slider.value = String(at);
+slider.dispatchEvent(new Event('input', { bubbles: true })); }"""
+
+
+def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(reader):
+    page = reader.page
+    before, number = page.evaluate(PATHS), page.evaluate("document.documentElement.dataset.answered")
+    page.evaluate(MOVE, 700)
+    while page.evaluate("document.documentElement.dataset.answered") == number:
+        page.wait_for_timeout(5)
+    moved = page.evaluate(PATHS)
+    # The setting at hand is drawn last: its median moves, the default's and the reference stay.
+    assert len(moved) == len(before)
+    changed = [old != new for old, new in zip(before, moved, strict=True)]
+    assert any(changed) and not all(changed)
+    reader.rest()
+
+
 @pytest.mark.slow
 def test_many_moves_end_with_the_answer_to_the_last(reader, client):
     page = reader.page
     for i in range(200):
-        page.evaluate(
-            """at => { const slider = document.getElementById('slider-0'); slider.value = String(at);
-            slider.dispatchEvent(new Event('input', { bubbles: true })); }""",
-            300 + i,
-        )
+        page.evaluate(MOVE, 300 + i)
     reader.rest()
     value = float(page.input_value("#field-0"))
     last = client.lines("/answer", {"number": 1, "page": "check", "values": {"angle.kp": value}})[-1]

@@ -20,7 +20,9 @@ function showCharts(answer) {
   for (const id of Object.keys(data.charts)) data.charts[id] = answer.charts[id] ?? { traces: [], layout: { meta: { hides: true } } };
   data.arrays = answer.arrays;
   decoded.clear();
-  store.set({ version: `${answer.number}-${answer.flights}` });
+  // The first flights of a moving hand; at the beginning there is nothing to move.
+  if (answer.flights === studio.study.stages[0] && answer.number > 1) moveCharts();
+  else store.set({ version: `${answer.number}-${answer.flights}` });
 }
 
 // A switch for each setting that is drawn.
