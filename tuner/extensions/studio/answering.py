@@ -68,7 +68,7 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
         "note": precision_note(session, count),
         **page_data(panels),
     }
-    if count > STAGES[0] and bench.loops.channels:
+    if count >= STAGES[-1] and bench.loops.channels:
         document["loops"] = loop_table(bench.loops.margins(request.settings[0]))
     return document
 

@@ -70,9 +70,9 @@ class Session:
     def row(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the gains row (g,) of values by variable.
 
-        Variables without a value keep the default. Raises InputError for an unknown name or a value outside its range.
+        Gains without a value keep that of the opened setting. Raises InputError for an unknown name or a value outside its range.
         """
-        row, space = np.array(self.study.default_row, dtype=float), self.study.space
+        row, space = np.array(self.start.row, dtype=float), self.study.space
         by_name = {variable.name: i for i, variable in enumerate(space.variables)}
         for name, value in values.items():
             if name not in by_name:
@@ -147,6 +147,8 @@ def _of_study(study: TuningStudy) -> Session:
 
 def _of_folder(folder: Path) -> Session:
     """Open a results folder: of a run that has ended, or of one at work."""
+    if not (folder / RECORD).exists():
+        raise InputError("is no results folder; give one that `tuner run` wrote, a study or a gains.json", file=folder)
     study = _searched(gains_study(recorded(folder), "tuner studio"))
     session = _of_study(study)
     if kind_in(folder) is not TuningFolder:

@@ -8,15 +8,16 @@ import numpy as np
 from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.problem import Evaluation
 from objectives.risk import minimum_samples
-from tuner.analysis.held_out import compare, compare_known
+from tuner.analysis.held_out import compare, compare_known, required_row
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import Estimate, on_page, row_in_degrees
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import SHOWN
 from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, signed_verdict, verdict_on_limit
-from tuner.extensions.studio.flights import Flights, rows_of
+from tuner.extensions.studio.flights import STAGES, Flights, rows_of
 from tuner.extensions.studio.session import Session, Setting
 from tuner.report.labels import definition_text, plain_label, plain_margin, time_unit
+from tuner.report.verdict_text import ALL_LIMITS
 from tuner.study.plant_study import PlantStudy
 from tuner.text.numbers import MISSING, estimate, plus, significant
 from tuner.text.sentences import bound_text
@@ -49,7 +50,11 @@ def _pair(
     problem, study = flights.problem, session.study
     both = rows_of(evaluation, (other, 0))
     flown = compare(problem, both, study.seed, study.table.relevant, flights.costs(count))
-    return [*flown, *compare_known(problem, rows[[other, 0]])]
+    if count > STAGES[0]:
+        return [*flown, *compare_known(problem, rows[[other, 0]])]
+    # The same values; to name the worst states takes 0.7 s where position loops wait.
+    values = zip(problem.requirements, *both.requirements.tolist(), strict=True)
+    return [*flown, *[required_row(requirement, first, second) for requirement, first, second in values]]
 
 
 def _row(session: Session, pairs: Sequence[ComparedRow | RequiredRow]) -> Row:
@@ -114,11 +119,13 @@ def summary(rows: Sequence[Row]) -> str:
         return f"Violates {_count(len(broken), len(limits))}: {', '.join(broken)}."
     if open_:
         return f"Violates no limit; not certain yet: {', '.join(open_)}."
-    return f"Satisfies all {len(limits)} limits." if limits else "The study has no limits."
+    if not limits:
+        return "The study has no limits."
+    return f"Satisfies {ALL_LIMITS.get(len(limits), f'all {len(limits)} limits')}."
 
 
 def _count(part: int, of: int) -> str:
-    return f"{part} of {of} limits"
+    return "the limit" if of == 1 else f"{part} of {of} limits"
 
 
 def precision_note(session: Session, count: int) -> str:

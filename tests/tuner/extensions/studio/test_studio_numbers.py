@@ -5,8 +5,11 @@ import pytest
 
 import tuner
 from objectives.margins.quantities import QUANTITIES
-from tuner.extensions.studio.answering import answer
+from tests.tuner.extensions.studio.conftest import STUDIES
+from tuner.documents.parts import in_shown_units, row_in_degrees
+from tuner.extensions.studio.answering import Bench, answer
 from tuner.extensions.studio.messages import read_request
+from tuner.extensions.studio.session import open_session
 from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
 
@@ -45,7 +48,7 @@ def test_responses_are_those_of_fly(bench, by_hand, flights):
 def test_margins_are_those_of_margins(bench, by_hand):
     gains, study = by_hand
     document = tuner.margins(gains, study=study).document
-    made = answer(bench, asked(bench), 64)
+    made = answer(bench, asked(bench), 256)
     shown = {row["name"]: row["cells"] for row in made["loops"]["rows"]}
     for name in ("ms", "phase_margin", "gain_up"):
         value = document.channels[0].quantities[name].value
@@ -93,6 +96,51 @@ def test_pins_are_compared_and_drawn(bench):
 
 
 def test_an_unstable_loop_is_shown(bench):
-    made = answer(bench, asked(bench, {"angle.kp": 60.0, "angle.ki": 200.0, "angle.kd": 0.01}), 64)
+    made = answer(bench, asked(bench, {"angle.kp": 60.0, "angle.ki": 200.0, "angle.kd": 0.01}), 256)
     assert made["loops"]["rows"][0]["cells"] == ["NO"]
     assert "Violates" in made["summary"] and "peak sensitivity Ms" in made["summary"]
+
+
+def test_the_first_stage_has_the_limits_of_the_model_that_later_ones_have(bench):
+    first, later = (
+        {
+            row["label"]: (row["here"], row["others"][0], row["verdict"])
+            for row in answer(bench, asked(bench), flights)["rows"]
+            if row["kind"] == "requirement"
+        }
+        for flights in (16, 64)
+    )
+    assert first == later and first
+
+
+def test_gains_of_a_file_keep_what_is_not_searched(bench, tmp_path):
+    study = bench.session.study
+    gains = tuner.read_gains(study.path).replace({"angle.kp": 21.0, "angle.t_f": 0.002})
+    session = open_session(gains.write(tmp_path / "mine.json"), study.path)
+    assert session.values(session.start.row)["angle.kp"] == 21.0
+    assert session.gains(session.row({"angle.kp": 30.0}))["angle.t_f"] == 0.002
+
+
+@pytest.mark.slow
+def test_numbers_of_a_quadrotor_are_those_of_fly_and_margins():
+    session = open_session(STUDIES / "quickstart.toml")
+    bench = Bench.of(session, 2)
+    setting = {**session.values(session.start.row), "attitude.k2": 8.0, "position.omega_c": 2.0}
+    made = answer(bench, read_request(session, bench.loops.channels, {"number": 1, "values": setting}), 256)
+    gains, study = session.gains(session.row(setting)), session.study
+    rows = {row["label"]: row for row in made["rows"]}
+    flown = tuner.fly(gains, study=study, flights=256)
+    assert rows["mean(travel)"]["value"] == pytest.approx(float(flown.table.loc["travel", "mean"]), rel=1e-14)
+    document = tuner.margins(gains, study=study).document
+    assert len(document.requirements) == 4
+    for row in document.requirements:
+        mine, shown = rows[row.label], in_shown_units(row)
+        assert mine["here"] == [
+            significant(row_in_degrees(row, "value").value if shown.unit == row.unit else shown.value)
+        ]
+        assert mine["state"] == row.state
+        assert mine["verdict"]["word"] == ("kept" if row.is_satisfied else "broken")
+    yaw = [channel.channel for channel in document.channels].index("yaw")
+    shown = {row["name"]: row["cells"][yaw] for row in made["loops"]["rows"]}
+    peak = document.channels[yaw].quantities["ms"].value
+    assert peak is not None and shown["peak sensitivity Ms"] == significant(peak)
