@@ -28,6 +28,7 @@ NOT_RUN = {
     r"^pip install": "takes packages from a registry",
     r"^git |^make |^tuner confirm": "fetches and builds a firmware",
     r"^tuner autotune": "takes minutes; tests/tuner/extensions/autotune/test_autotuning.py carries it out on a small search",
+    r"^tuner studio": "serves a page until Ctrl-C; tests/tuner/extensions/studio drives it",
     r"_jobqueue|dask_kubernetes": "needs a cluster",
     r"--measure": "needs a compiler for Arm and QEMU",
     r"python docs/ask_and_tell": "needs Gymnasium or RotorPy from a registry",

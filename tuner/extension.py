@@ -27,8 +27,8 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
         "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
         "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost", "fit": "plant_fit",
-        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "tail": "tails",
-        "tell": "trials", "theory": "theory",
+        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "studio": "studio",
+        "tail": "tails", "tell": "trials", "theory": "theory",
     },
     "tables": {
         "choices": "contests", "contender": "contests", "cost": "processor_cost", "guarantee": "theory", "trials": "trials",
@@ -97,6 +97,7 @@ class Extension:
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
+        companions: Option of `tuner run` -> "module:function" that returns a context around the run of a folder.
         plants: Ending of a file, and key of [plant] -> "module:SOURCE" of the plants in such files.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
         watchers: Name -> "module:function" that returns the watcher of calls that name none, or None.
@@ -135,6 +136,7 @@ class Extension:
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)
+    companions: Names = field(default_factory=_none)
     plants: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
     watchers: Names = field(default_factory=_none)

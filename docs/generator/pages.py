@@ -27,7 +27,7 @@ NAVIGATION = {
     ),
     "Limits and objectives": (
         "how_to/objectives", "units", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
-        "how_to/start_from_a_run",
+        "how_to/start_from_a_run", "how_to/studio",
     ),
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/confirm"),
     "Plants": (

@@ -1,5 +1,6 @@
 """Commands that tune: run, resume, rejudge, verify."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,7 @@ from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
 from tuner.cli.printing import RunAnswer
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
+from tuner.extension import find
 from tuner.report.charts import printer
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
 
@@ -30,6 +32,7 @@ def run(
             "of the laws that comes with the tool; --set search.starts=[] from none.",
         ),
     ] = None,
+    live: Annotated[bool, typer.Option("--live", help="Show the run on a local page while it works.")] = False,
     as_json: AsJson = False,
     **options: Any,
 ) -> None:
@@ -39,13 +42,18 @@ def run(
 
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
-    with printer.early():
-        named: PlainTable = {"search.starts": list(map(str, starts))} if starts else {}
-        loaded = tuner.load_study(study, parse_changes(change) | named)
-        answered = RunAnswer(as_json, has_opinion=getattr(loaded, "present_gains", None) is not None)
-        with progress(as_json, answer=answered) as watcher:
-            result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
-    answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)
+    with ExitStack() as page:
+        with printer.early():
+            named: PlainTable = {"search.starts": list(map(str, starts))} if starts else {}
+            loaded = tuner.load_study(study, parse_changes(change) | named)
+            answered = RunAnswer(as_json, has_opinion=getattr(loaded, "present_gains", None) is not None)
+            if live:
+                from tuner.experiments.experiment import default_folder
+
+                page.enter_context(find("companions", "page of a run", "live")(out or default_folder(loaded)))
+            with progress(as_json, answer=answered) as watcher:
+                result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
+        answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()

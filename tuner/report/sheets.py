@@ -129,11 +129,11 @@ def flown_sheet(responses: "Responses", scenario: str) -> FigureSpec:
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
     """Return the fans of recorded responses in shown units."""
-    reference = responses.reference.mean(axis=0)
+    series = (responses.reference.mean(axis=0), *responses.fans())
     bands = []
     for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True)):
         shown, factor = in_degrees(unit)
-        setpoint, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
+        setpoint, low, median, high = (np.asarray(part[:, i]) * factor for part in series)
         bands.append(Fan(TUNED, scenario, signal, shown, responses.time, setpoint, low, median, high))
     return bands
 

@@ -15,7 +15,7 @@ from plant.errors import InputError
 from tuner.cli.app import TextKind, app
 from tuner.extensions.agents.places import check_place, check_text
 
-EXCLUDED = frozenset({"json", "threads", "dask", "backend"})
+EXCLUDED = frozenset({"json", "threads", "dask", "backend", "live"})
 """Options that concern the terminal or the machine."""
 TYPES = {bool: "boolean", int: "integer", float: "number"}
 """Types of the command line -> types of JSON; all others are texts."""

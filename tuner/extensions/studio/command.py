@@ -1,0 +1,101 @@
+"""The command `tuner studio`."""
+
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from plant.errors import InputError, require_package
+from tuner.cli.app import Threads, app, study_option
+
+if TYPE_CHECKING:
+    from tuner.extensions.studio.session import Session
+
+
+@app.command()
+def studio(
+    given: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="STUDY|RESULTS|GAINS",
+            help="A study, a results folder or a gains.json; default: quickstart.",
+            show_default=False,
+        ),
+    ] = None,
+    study: Annotated[Path | None, study_option("Study of gains that lie in no results folder.")] = None,
+    out: Annotated[
+        Path, typer.Option(help="Folder that takes what is saved; default: this one.", show_default=False)
+    ] = Path(),
+    present: Annotated[
+        Path | None,
+        typer.Option(help="Parameter file of what the vehicle flies, for judge and rollback.", show_default=False),
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0: any free one.", min=0, max=65535)] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+    threads: Threads = None,
+) -> None:
+    """Move gains by hand on a local page; responses, margins and limits follow.
+
+    The page is served to this machine alone, and Ctrl-C ends it.
+
+    Example: tuner studio quickstart
+
+    Example: tuner studio results/quickstart --no-browser
+    """
+    require_server("tuner studio")
+    from tuner.extensions.studio.session import open_session
+
+    if not out.is_dir():
+        raise InputError("is no folder; make it first", file=out, key="--out")
+    if present is not None and not present.is_file():
+        raise InputError("there is no such file", file=present, key="--present")
+    session = open_session(given, study)
+    serve(session, out.resolve(), None if no_browser else webbrowser.open, present, port, threads)
+
+
+def require_server(command: str) -> None:
+    """Raise MissingPackageError where the packages of the server are not installed."""
+    for package in ("starlette", "uvicorn"):
+        require_package(package, "studio", key=command)
+
+
+def serve(
+    session: "Session",
+    out: Path,
+    browse: Callable[[str], object] | None,
+    present: Path | None = None,
+    port: int = 0,
+    threads: int | None = None,
+) -> None:
+    """Serve the page of a session until Ctrl-C.
+
+    Args:
+        session: The opened study.
+        out: Folder that takes what is saved.
+        browse: Opens the address in a browser, None to print it alone.
+        present: Parameter file of what the vehicle flies.
+        port: Port, 0 for any free one.
+        threads: Threads of flights, by default one for each core.
+    """
+    from tuner.extensions.studio.answering import Bench
+    from tuner.extensions.studio.guard import Door
+    from tuner.extensions.studio.outputs import Outputs
+    from tuner.extensions.studio.server import Studio, bound_socket, server_of
+    from tuner.extensions.studio.work import Work
+
+    listening = bound_socket(port)
+    door = Door(listening.getsockname()[1])
+    bench = Bench.of(session, threads)
+    work = Work(bench)
+    page = Studio(work, door, Outputs(bench, out, present))
+    print(f"Studio: {door.address}\nCtrl-C ends it.", flush=True)
+    if browse is not None:
+        browse(door.address)
+    try:
+        server_of(page).run([listening])
+    finally:
+        page.searches.close()
+        work.close()
+        listening.close()

@@ -1,0 +1,128 @@
+"""Flights of settings: of the held-out stream, from the first on, as `tuner fly --study` makes them.
+
+Flights are kept by their gains, so that a setting that is shown again, and the default in every answer, fly once.
+"""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from objectives.evaluator import OF_CANDIDATES
+from objectives.problem import Evaluation, FlightBatch, Problem
+from plant.backends.flyer import FlightInputs
+from plant.quadrotor.scenarios import HELD_OUT
+from tuner.analysis.lost_flights import loss_costs
+from tuner.analysis.responses import Responses, responses_of
+from tuner.api.flying import FAN_FLIGHTS
+from tuner.experiments.tuning.problem import problem_of
+from tuner.study.tuning_study import TuningStudy
+
+Array = np.ndarray
+STAGES = (16, 64, 256)
+"""Numbers of flights of each scenario, one stage of an answer after the other."""
+MAX_SETTINGS = 48
+"""Settings whose flights are kept; those of the oldest are dropped."""
+
+
+class KeptFlights:
+    """Results of flights by gains row, from flight 0 on; a `FlightMemory` in memory."""
+
+    def __init__(self, most: int = MAX_SETTINGS) -> None:
+        self._most = most
+        self._rows: OrderedDict[bytes, dict[str, Array]] = OrderedDict()
+
+    def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
+        """Return the results (last - first, rows), None if some are missing."""
+        row = gains.tobytes()
+        results = self._rows.get(row, {}).get(key)
+        if results is not None:
+            self._rows.move_to_end(row)
+        return None if results is None or len(results) < last else results[first:last]
+
+    def keep(self, key: str, batch: FlightBatch, gains: Array, first: int, results: Array) -> None:  # noqa: ARG002
+        """Add the results (n, flights, rows) of gains rows (n, g) from flight `first` on."""
+        for row, made in zip(gains, results, strict=True):
+            by_key = self._rows.setdefault(row.tobytes(), {})
+            self._rows.move_to_end(row.tobytes())
+            before = by_key.get(key)
+            count = 0 if before is None else len(before)
+            if first <= count < first + len(made):
+                by_key[key] = made.copy() if before is None else np.concatenate([before[:first], made])
+        while len(self._rows) > self._most:
+            self._rows.popitem(last=False)
+
+    def commit(self, name: str) -> None:
+        """Write nothing: these flights end with the page."""
+
+
+class Flights:
+    """Flights of the settings of a study.
+
+    Args:
+        study: The study.
+        threads: Threads, by default one for each core.
+    """
+
+    def __init__(self, study: TuningStudy, threads: int | None = None) -> None:
+        self.study = study
+        self.problem: Problem = problem_of(study, threads, KeptFlights())
+        self._inputs: dict[tuple[int, int], FlightInputs] = {}
+        self._responses: OrderedDict[tuple[bytes, int, int], Responses] = OrderedDict()
+        self._costs: dict[int, Array] = {}
+
+    def batches(self, flights: int) -> tuple[FlightBatch, ...]:
+        """Return the first flights of each scenario."""
+        return tuple(FlightBatch(entry.spec, HELD_OUT, flights) for entry in self.study.scenarios)
+
+    def evaluate(self, rows: Array, flights: int) -> Evaluation:
+        """Return the evaluation of gains rows (n, g).
+
+        flights: number of each scenario, from the first on.
+        """
+        before = 0
+        for last in (*[stage for stage in STAGES if stage < flights], flights):
+            self._fly_on(rows, before, last)
+            before = last
+        return self.problem.evaluate_gains(rows, self.batches(flights), fly_all=True, complete=True)
+
+    def _fly_on(self, rows: Array, first: int, last: int) -> None:
+        """Fly from one stage to the next."""
+        for entry in self.study.scenarios:
+            batch = FlightBatch(entry.spec, HELD_OUT, last, first)
+            for begin, end in self.problem.chunks(batch):
+                self.problem.results(rows, batch, begin, end)
+
+    def responses(self, row: Array, scenario: int, flights: int) -> Responses:
+        """Return the recorded responses of a gains row (g,).
+
+        They are of 64 flights at most, as those of `tuner fly`.
+        """
+        count = min(flights, FAN_FLIGHTS)
+        key = (row.tobytes(), scenario, count)
+        if key not in self._responses:
+            system, flyer = self.problem.system, self.problem.flyer
+            self._responses[key] = responses_of(system, flyer, row, self._drawn(scenario, count))
+            while len(self._responses) > MAX_SETTINGS:
+                self._responses.popitem(last=False)
+        return self._responses[key]
+
+    def _drawn(self, scenario: int, count: int) -> FlightInputs:
+        if (scenario, count) not in self._inputs:
+            spec = self.study.scenarios[scenario].spec
+            self._inputs[scenario, count] = self.problem.system.sample(spec, self.study.seed, HELD_OUT, range(count))
+        return self._inputs[scenario, count]
+
+    def costs(self, flights: int) -> Array:
+        """Return the costs (quantities,) of a flight lost at once."""
+        if flights not in self._costs:
+            self._costs[flights] = loss_costs(self.problem, self.batches(flights))
+        return self._costs[flights]
+
+
+def rows_of(evaluation: Evaluation, rows: Sequence[int]) -> Evaluation:
+    """Return some rows of an evaluation as an evaluation."""
+    picked = {name: getattr(evaluation, name)[list(rows)] for name in OF_CANDIDATES}
+    failed = None if evaluation.failed is None else evaluation.failed[list(rows)]
+    return replace(evaluation, **picked, failed=failed)

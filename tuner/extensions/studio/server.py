@@ -1,0 +1,213 @@
+"""The server of the page, on the loopback address: the page, its files, and answers as lines of JSON that follow each other."""
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Callable
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from plant.errors import InputError, ToolError
+from plant.input_files import parse_json
+from tuner.extensions.studio.design import Rules
+from tuner.extensions.studio.flights import STAGES
+from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
+from tuner.extensions.studio.messages import PageRequest, read_request, table_of, values_of
+from tuner.extensions.studio.outputs import Outputs
+from tuner.extensions.studio.page import page_text, script, styles
+from tuner.extensions.studio.searching import Searches
+from tuner.extensions.studio.work import Work, line, refusal
+
+PROGRESS_SECONDS = 0.4
+"""Time [s] between two lines of progress while the page waits."""
+STAGES_AFTER = dict(zip(STAGES, (0.0, 0.15, 0.3), strict=True))
+"""Flights of a stage -> time [s] that a setting rests before they begin."""
+LINES = "application/x-ndjson"
+
+
+class Studio:
+    """The application.
+
+    Args:
+        work: Answers of an opened study.
+        door: Address and token.
+        outputs: Files that may be written.
+    """
+
+    def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
+        self.work, self.door, self.outputs = work, door, outputs
+        self.rules = Rules(work.bench.session)
+        self.searches = Searches(work.bench, outputs.place)
+
+    def app(self) -> Guard:
+        """Return the application behind its guard."""
+        routes = [
+            Route("/", self.page),
+            Route("/studio.js", lambda _: _file(script(), "text/javascript")),
+            Route("/studio.css", lambda _: _file(styles(), "text/css")),
+            Route("/plotly.js", lambda _: _packed("plotly-cartesian.min.js.gz")),
+            Route("/open", self.open, methods=["POST"]),
+            Route("/answer", self.answer, methods=["POST"]),
+            Route("/design", self.design, methods=["POST"]),
+            *[
+                Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
+                for name in ("save", "export", "study", "judge", "compare")
+            ],
+            Route("/search", self._written(self.searches.start), methods=["POST"]),
+            Route("/search-state", self._aside(self.searches.state), methods=["POST"]),
+            Route("/search-stop", self._aside(self.searches.stop), methods=["POST"]),
+        ]
+        errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
+        return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
+
+    async def page(self, _: Request) -> Response:
+        """Return the page."""
+        return HTMLResponse(page_text(self.work.bench.session), headers=dict(HEADERS))
+
+    async def open(self, request: Request) -> Response:
+        """Return the description of the study, behind lines of progress."""
+        await message_of(request)
+        return self._lines(self._opened())
+
+    async def answer(self, request: Request) -> Response:
+        """Return the answers to a setting, one line for each stage."""
+        message = await message_of(request)
+        page_request = self.work.checked(message)
+        return self._lines(self._answers(page_request))
+
+    async def design(self, request: Request) -> Response:
+        """Return the gains of a rule at a speed and a robustness."""
+        page_request = values_of(await message_of(request))
+        rules = self.rules
+
+        def designed() -> str:
+            values, notes = rules.values(page_request.get("time", 0.0), page_request.get("robustness", 1.0))
+            return line({"values": values, "text": " ".join(notes)})
+
+        return self._lines(self._waited(designed))
+
+    def _written(self, write: Callable[[PageRequest, dict[str, Any]], Any]) -> Callable[[Request], Any]:
+        """Return the end point of a file that a setting leaves."""
+
+        async def made(request: Request) -> Response:
+            message = await message_of(request)
+            page_request = read_request(self.work.bench.session, [], message)
+            return self._lines(self._waited(lambda: line(write(page_request, message))))
+
+        return made
+
+    def _aside(self, task: Callable[[Any], Any]) -> Callable[[Request], Any]:
+        """Return the end point of a task next to the answers."""
+
+        async def made(request: Request) -> Response:
+            message = table_of(await message_of(request), "message")
+            return JSONResponse(await run_in_threadpool(task, message), headers=dict(HEADERS))
+
+        return made
+
+    def _lines(self, lines: AsyncIterator[str]) -> Response:
+        return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
+
+    async def _opened(self) -> AsyncIterator[str]:
+        async for text in self._waited(
+            lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})
+        ):
+            yield text
+
+    async def _answers(self, page_request: PageRequest) -> AsyncIterator[str]:
+        for count, rest in STAGES_AFTER.items():
+            # Flights that only a hand at rest waits for would hold up the next move.
+            await asyncio.sleep(rest)
+            stale = True
+            async for text in self._waited(lambda count=count: self.work.stage(page_request, count)):
+                if text is not None:
+                    yield text
+                    stale = False
+            if stale:
+                return
+
+    async def _waited(self, task: Callable[[], str | None]) -> AsyncIterator[Any]:
+        """Yield lines of progress during a task, then its line."""
+        future, latest = self.work.submit(task), ""
+        waiting = asyncio.wrap_future(future)
+        while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
+            if self.work.notes.text != latest:
+                latest = self.work.notes.text
+                yield line({"progress": latest})
+        try:
+            yield waiting.result()
+        except ToolError as error:
+            yield refusal(error)
+
+
+async def message_of(request: Request) -> Any:
+    """Return the JSON of a request; InputError where it is none."""
+    if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
+        raise InputError("a message is JSON", key="content-type")
+    body = await request.body()
+    try:
+        return parse_json(body.decode("utf-8"))
+    except ValueError as error:
+        raise InputError("the message is no JSON in UTF-8") from error
+
+
+def _file(text: str, kind: str) -> Response:
+    return Response(text, media_type=kind, headers=dict(HEADERS))
+
+
+def _packed(name: str) -> Response:
+    headers = {**HEADERS, "Content-Encoding": "gzip"}
+    return Response(_packed_bytes(name), media_type="text/javascript", headers=headers)
+
+
+@cache
+def _packed_bytes(name: str) -> bytes:
+    return files("tuner.report").joinpath("plotly", name).read_bytes()
+
+
+async def _error(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, status_code=400, headers=dict(HEADERS))
+
+
+async def _too_long(_: Request, __: Exception) -> Response:
+    return JSONResponse({"error": "The message is too long."}, status_code=413, headers=dict(HEADERS))
+
+
+async def _gone(_: Request, __: Exception) -> Response:
+    return Response(status_code=499)
+
+
+def bound_socket(port: int) -> socket.socket:
+    """Return a socket that listens on the loopback address; port: 0 for a free one. InputError where it is taken."""
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((HOST, port))
+        # A browser that is opened first waits for the server.
+        listening.listen()
+    except OSError as error:
+        listening.close()
+        raise InputError(
+            f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port"
+        ) from None
+    return listening
+
+
+def server_of(studio: Studio) -> uvicorn.Server:
+    """Return a server that logs neither addresses nor requests."""
+    config = uvicorn.Config(
+        studio.app(),
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        lifespan="off",
+        timeout_graceful_shutdown=2,
+    )
+    return uvicorn.Server(config)
