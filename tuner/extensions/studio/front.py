@@ -15,12 +15,8 @@ from tuner.text.units import bracketed
 
 KEY = "front"
 """Id of the chart."""
-AIDS = {
-    "ended": "Points of the run on held-out flights, the setting as a circle. A click takes the gains of a point.",
-    "growing": "Candidates of the run on search flights, the setting as a circle on held-out ones. A click takes their gains.",
-    "none": "No run yet: the place of the setting alone.",
-}
-"""State of the run -> line on how to read the chart."""
+AID = "Points of a run, if there is one, and the setting as a circle. A click takes the gains of a point."
+"""Line on how to read the chart."""
 
 
 class Front:
@@ -32,6 +28,7 @@ class Front:
 
     def __init__(self, session: Session) -> None:
         self.run = None if session.folder is None else RunFolder(session.folder, session.study)
+        self._n_objectives = len(session.study.objectives)
         self._drawn: tuple[RunFolder | None, int, bool] | None = None
         self._panel = Panel(KEY, "", Axis(), Axis(), [])
 
@@ -40,13 +37,12 @@ class Front:
         objectives = [row for row in rows if row["kind"] == "objective"][:2]
         base = self._base(objectives)
         x, *y = (np.array([np.nan if row["value"] is None else row["value"]]) for row in objectives)
-        height = y[0] if y else np.ones(1)
+        height = y[0] if y else np.full(1, 0.45)
         place = Points(
             name="here", look=LOOKS["here"], x=x, y=height, hover=["the setting at hand"], show={"layer": "here"}
         )
-        return [
-            Panel(KEY, "Trade-off", base.x, base.y, [*base.marks, place], form="pair", aid=base.aid, rows=base.rows)
-        ]
+        axes = stretched(base.x, x), base.y if base.rows else stretched(base.y, height)
+        return [Panel(KEY, "Trade-off", *axes, [*base.marks, place], form="pair", rows=base.rows)]
 
     def _base(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
         """Return the panel without the setting at hand."""
@@ -61,17 +57,18 @@ class Front:
     def _growing(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
         titles = [bracketed(row["name"], row["unit"]) for row in objectives]
         generations = [] if self.run is None else self.run.generations()
-        aid = AIDS["growing" if generations else "none"]
-        if len(titles) == 1:
-            values = [each.values[:, :1] for each in generations]
-            spread = np.linspace(0.0, -1.0, sum(map(len, values))) if values else np.zeros(0)
-            columns = [np.concatenate([*values, np.zeros((0, 1))])[:, 0], spread]
-            axes = [span_of(columns[:1], LOG_FACTOR).axis(titles[0]) if values else Axis(titles[0]), row_axis(["", ""])]
-        else:
-            columns = [np.concatenate([*[each.values[:, i] for each in generations], np.zeros(0)]) for i in range(2)]
-            axes = [Axis(title) for title in titles]
-        names = [name for each in generations for name in each.names]
+        every = np.concatenate([*[each.values for each in generations], np.zeros((0, self._n_objectives))])
         feasible = np.concatenate([*[each.feasible for each in generations], np.zeros(0, dtype=bool)])
+        is_ranking = len(titles) == 1
+        columns = [every[:, 0], np.linspace(0.0, -1.0, len(every)) if is_ranking else every[:, 1]]
+        # A lost flight costs more than any other: its candidates would press all others into a corner.
+        shown = [column[feasible] if feasible.any() else column for column in columns]
+        axes = [
+            span_of([part], LOG_FACTOR).axis(title) if len(part) else Axis(title)
+            for title, part in zip(titles, shown, strict=False)
+        ]
+        axes += [row_axis(["", ""])] if is_ranking else []
+        names = [name for each in generations for name in each.names]
         marks: list[Mark] = []
         for layer, mask in (("infeasible", ~feasible), ("searched", feasible)):
             rows = np.flatnonzero(mask & np.isfinite(columns[0]) & np.isfinite(columns[1]))[-MAX_CANDIDATES:]
@@ -87,7 +84,7 @@ class Front:
                     hover=labels,
                 )
             )
-        return Panel(KEY, "", axes[0], axes[1], marks, aid=aid, rows=len(titles) == 1)
+        return Panel(KEY, "", axes[0], axes[1], marks, rows=is_ranking)
 
 
 def ended(results: TuningFolder) -> Panel:
@@ -97,4 +94,12 @@ def ended(results: TuningFolder) -> Panel:
         Points(**{**vars(mark), "hover": list(mark.labels)}) if isinstance(mark, Points) and len(mark.labels) else mark
         for mark in panel.marks
     ]
-    return Panel(KEY, "", panel.x, panel.y, marks, aid=AIDS["ended"], rows=panel.rows)
+    return Panel(KEY, "", panel.x, panel.y, marks, rows=panel.rows)
+
+
+def stretched(axis: Axis, values: np.ndarray) -> Axis:
+    """Return an axis that holds further values (n,) too."""
+    finite = values[np.isfinite(values)]
+    if axis.low is None or axis.high is None or not len(finite):
+        return axis
+    return axis._replace(low=min(axis.low, float(finite.min())), high=max(axis.high, float(finite.max())))

@@ -4,7 +4,7 @@ from functools import cache
 from importlib.resources import files
 from string import Template
 
-from tuner.extensions.studio.front import KEY
+from tuner.extensions.studio.front import AID, KEY
 from tuner.extensions.studio.session import Session
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Panel
@@ -28,7 +28,7 @@ def page_text(session: Session) -> str:
         about=safe(", ".join(f"{key} {value}" for key, value in session.study.about)),
         responses=join(map(frame, responses)),
         loops=join(map(frame, loops)),
-        front=frame(Panel(KEY, "Trade-off", Axis(), Axis(), [], form="pair", aid="Values on held-out flights.")),
+        front=frame(Panel(KEY, "Trade-off", Axis(), Axis(), [], form="pair", aid=AID)),
     )
 
 

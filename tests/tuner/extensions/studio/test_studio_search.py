@@ -7,6 +7,8 @@ import pytest
 
 from tests.tuner.extensions.studio.conftest import STUDIES
 from tests.tuner.extensions.studio.served import served
+from tuner.extensions.studio.answering import Bench, opening
+from tuner.extensions.studio.live import opened
 
 SMALL = {"population = 24": "population = 8", "generations = 20": "generations = 2", "held_out = 256": "held_out = 32"}
 
@@ -69,6 +71,13 @@ def test_a_search_from_the_setting_stops_as_by_ctrl_c(tmp_path):
         assert not json.loads(client.ask("/search-state", {"since": 0})[2])["running"]
     assert (tmp_path / "mine" / "run.json").exists() and not (tmp_path / "mine" / "summary.json").exists()
     assert "22.0" in next((tmp_path / "mine" / "inputs").glob("*.toml")).read_text()
+    # The page of a run that has not ended, as `tuner run --live` opens it.
+    session = opened(tmp_path / "mine", (str(STUDIES / "dc_motor.py"),))
+    bench = Bench.of(session, 2)
+    assert session.results is None and opening(bench)["live"]
+    run = bench.front.run
+    assert run is not None and not run.has_ended and len(run.generations()) >= 1
+    assert run.points().keys() >= set(run.generations()[0].names)
 
 
 @pytest.mark.parametrize("folder", ["../x", "", "a/b"])
