@@ -99,6 +99,7 @@ class Extension:
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
         plants: Ending of a file, and key of [plant] -> "module:SOURCE" of the plants in such files.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
+        watchers: Name -> "module:function" that returns the watcher of calls that name none, or None.
     """
 
     name: str
@@ -136,6 +137,7 @@ class Extension:
     clusters: Names = field(default_factory=_none)
     plants: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
+    watchers: Names = field(default_factory=_none)
 
 
 @cache

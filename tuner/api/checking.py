@@ -21,7 +21,7 @@ from tuner.experiments.planning.preview import Preview, preview
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.gains.sections import Row
-from tuner.search.watcher import JUDGING, Watcher
+from tuner.search.watcher import JUDGING, Watcher, default_watcher
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
@@ -113,7 +113,7 @@ def check(
         return Checked("airframe", airframe_figures(path))
     subject = load_any(path, changes)
     if subject.kind == Study.kind and any("margin" in layer.table for layer in layers):
-        announce_compilation(watcher or Watcher())
+        announce_compilation(watcher or default_watcher())
     result = preview(subject)
     return Checked(result.kind, result, result.is_hopeless)
 
@@ -232,7 +232,7 @@ def check_requirements(
         'mean(failure)'
 
     """
-    watcher = watcher or Watcher()
+    watcher = watcher or default_watcher()
     subject = gains_study(study, "tuner check --requirements")
     with as_gains(gains).file() as file:
         row = row_to_judge(file, subject)

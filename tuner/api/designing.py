@@ -25,7 +25,7 @@ from tuner.extension import find
 from tuner.gains import Controller
 from tuner.gains.quantities import quantity
 from tuner.gains.sections import Row
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.document import DocumentPart, taken
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
@@ -152,7 +152,7 @@ def design(
     if out is not None and Path(out).exists():
         raise taken(Path(out))
     given = gains_study(study, "tuner design")
-    announce_compilation(watcher or Watcher())
+    announce_compilation(watcher or default_watcher())
     made = design_by_rule(given, method, time) if method or time is not None else DESIGNERS[given.kind](given)
     return made if out is None else replace(made, gains=replace(made.gains, path=made.gains.write(out)))
 

@@ -17,7 +17,7 @@ from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import import_parameters
 from tuner.exchange.run import Export
 from tuner.exchange.verification import FLIGHTS
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.document import taken, write_new
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def export(
     folder = home / "export" / exporter.name if out is None else Path(out)
     before = None if previous is None else Path(previous)
     subject = given.to_export(study)
-    made = subject.export(exporter, texts(options), before, folder, flights, watcher or Watcher(), force)
+    made = subject.export(exporter, texts(options), before, folder, flights, watcher or default_watcher(), force)
     return Exported(made)
 
 

@@ -21,7 +21,7 @@ from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.parts import LostFlight, ShareCount
 from tuner.extension import added, load
-from tuner.search.watcher import Watcher, compilation
+from tuner.search.watcher import Watcher, compilation, default_watcher
 from tuner.store.document import DocumentPart
 from tuner.study.size import MAX_FLIGHTS
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from tuner.report.charts.paper import Figure
 
+FLYING = "Flying"
 FAN_FLIGHTS = 64
 STREAMS = (HELD_OUT, CONFIRMATION, SEARCH, CHECK)
 
@@ -158,7 +159,7 @@ def fly(
         seed: Root seed where no study gives one.
         flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names, or FOLDER/point-N of a tail; it alone is
             flown.
-        watcher: Callbacks that hear of compilation.
+        watcher: Callbacks that hear of compilation and flights.
         threads: Threads, by default one for each core.
 
     Returns:
@@ -174,11 +175,11 @@ def fly(
 
     """
     flight_setup = drawn_setup(as_gains(gains).flight_setup(study, scenario, seed), flights, flight)
-    problem = problem_of(flight_setup, threads)
+    problem, watcher = problem_of(flight_setup, threads), watcher or default_watcher()
     if not problem.flyer.cached:
-        with compilation(watcher or Watcher()):
+        with compilation(watcher):
             problem.warm_up(flight_setup.gains, flight_setup.spec)
-    scores, lost = flown_scores(problem, flight_setup)
+    scores, lost = flown_scores(problem, flight_setup, watcher)
     metrics, count = statistics(problem.objectives, scores), scores.shape[-1]
     document = FlightsDocument(scenario=flight_setup.spec.name, flights=count, metrics=metrics, lost=lost)
     return Flights(document, flight_setup, problem)
@@ -209,10 +210,11 @@ def named_draw(name: str) -> tuple[str, range]:
     return stream, range(int(index), int(index) + 1)
 
 
-def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarray, list[LostFlight]]:
+def flown_scores(problem: Problem, flight_setup: FlightSetup, watcher: Watcher) -> tuple[np.ndarray, list[LostFlight]]:
     """Return the scores (metrics, flights) of a flight setup and its lost flights."""
     (stream, indices), scores, lost = flight_setup.draws, [], list[LostFlight]()
     batch = FlightBatch(flight_setup.spec, stream, indices.stop, indices.start)
+    watcher.on_stage(FLYING, len(indices))
     for first, last in problem.chunks(batch):
         if flight_setup.single is None:
             results = problem.results(flight_setup.gains[None], batch, first, last)
@@ -220,6 +222,7 @@ def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarra
             results = problem.flyer.fly(flight_setup.gains[None], problem.system.nominal, flight_setup.inputs(indices))
         scores.append(problem.score(results, flight_setup.spec)[0][0])
         lost += lost_among(results[0], flight_setup.system, flight_setup.spec, stream, range(first, last))
+        watcher.on_flights_done(last - first)
     return np.concatenate(scores, axis=-1), lost
 
 

@@ -1,12 +1,15 @@
 """Tables of the public interface: pandas frames that carry the units of their columns, and how objects show themselves."""
 
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tuner.store import document as store
 from tuner.store.document import DocumentPart
-from tuner.text.markup import Markup, element, join, table
+from tuner.text.markup import Markup, element, join
+from tuner.text.markup import table as html_rows
 from tuner.text.numbers import significant
+from tuner.text.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,6 +17,7 @@ if TYPE_CHECKING:
     from tuner.api.figures import Figures
     from tuner.documents.comparison_document import EstimateRow
     from tuner.documents.parts import Estimate
+    from tuner.report.charts.paper import Figure
 
 MAX_ROWS = 20
 """Rows of a table that an object shows of itself."""
@@ -67,12 +71,36 @@ def estimates(entry: "Estimate | EstimateRow", name: str) -> dict[str, float | N
     return {name: entry.value, f"{name} low": entry.low, f"{name} high": entry.high}
 
 
-def shown(title: str, lines: Iterable[str] = (), table: "pd.DataFrame | None" = None) -> str:
-    """Return HTML for a notebook: title, lines and a table; all of it is text that may be a stranger's."""
+def shown(
+    title: str,
+    lines: Iterable[str] = (),
+    table: "pd.DataFrame | Table | Markup | None" = None,
+    figure: "Figure | None" = None,
+) -> str:
+    """Return HTML for a notebook; all text may be a stranger's.
+
+    Args:
+        title: Text in bold.
+        lines: Lines of text below it.
+        table: Table below these; of a frame there are the first rows.
+        figure: Figure at the end, as a PNG.
+    """
     parts = [element("strong", title), *[element("div", line) for line in lines]]
-    if table is not None and len(table):
+    if isinstance(table, Table):
+        parts.append(texts_table(table))
+    elif isinstance(table, Markup):
+        parts.append(table)
+    elif table is not None and len(table):
         parts.append(html_table(table))
+    if figure is not None:
+        content = b64encode(figure._repr_png_()).decode()  # pyright: ignore[reportPrivateUsage]
+        parts.append(element("img", src=f"data:image/png;base64,{content}", alt=title, style="max-width: 100%"))
     return str(element("div", join(parts)))
+
+
+def texts_table(table: Table) -> Markup:
+    """Return a table of texts as HTML."""
+    return html_rows(table.head, table.rows) if table.rows else Markup("")
 
 
 def html_table(frame: "pd.DataFrame") -> Markup:
@@ -86,7 +114,7 @@ def html_table(frame: "pd.DataFrame") -> Markup:
     rows = [[cell(value) for value in row] for row in flat.head(MAX_ROWS).itertuples(index=False)]
     left = len(flat) - len(rows)
     more = element("div", f"and {left:,} more rows") if left else Markup("")
-    return join([table(head, rows), more])
+    return join([html_rows(head, rows), more])
 
 
 def cell(value: Any) -> str:

@@ -15,7 +15,8 @@ from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.margins import MarginsDocument
-from tuner.search.watcher import Watcher
+from tuner.report.views import loops_view
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.folder import Folder
 
 if TYPE_CHECKING:
@@ -77,8 +78,8 @@ class Margins(Documented):
         return figures("margins", self.subject).draw(name)
 
     def _repr_html_(self) -> str:
-        verdict = "All limits are satisfied." if self.passed else "A limit is broken."
-        return shown("Stability margins", [verdict], self.table)
+        verdict = "All limits are satisfied." if self.passed else "A limit is violated."
+        return shown("Stability margins", [verdict], loops_view(self.document))
 
 
 def margins(
@@ -123,7 +124,7 @@ def margins(
     given, trim = as_gains(gains), trim_of(yaw, speed, wind, hold_position)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
-        announce_compilation(watcher or Watcher())
+        announce_compilation(watcher or default_watcher())
         subject, document, from_study = given.judge_margins(trim, study, certificates)
         if folder is not None:
             document = write(document, subject, folder)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, overl
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
-from tuner.api.frames import estimates, figures, frame, json_text, shown
+from tuner.api.frames import estimates, figures, frame, json_text, shown, texts_table
 from tuner.api.gains import Gains, gains_in, gains_of, read_gains
 from tuner.documents import opening
 from tuner.documents.assessment import AssessmentDocument
@@ -25,6 +25,7 @@ from tuner.store.document import read_text
 from tuner.store.tables import table_file, table_files
 from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study
+from tuner.text.markup import join
 from tuner.text.tables import Table
 
 if TYPE_CHECKING:
@@ -332,9 +333,14 @@ class TuningResults(TuningFolder, Results[Summary]):
         return next(row.unit for row in self.document.table if row.label == label)
 
     def _repr_html_(self) -> str:
-        ending = self.document.ending
-        picked = [f"Recommended: {self.document.tuned}: {self.document.pick.why}."] if self.feasible else []
-        return shown(self.title, [*ending, *picked, *self.warnings], self.summary)
+        if not self.feasible:
+            return shown(self.title, [*self.document.ending, *self.warnings], self.summary)
+        from tuner.report.answer_section import answer
+
+        why = f"{self.shown_as.capitalize()} gains: {self.document.pick.why} ({self.document.tuned})."
+        lines = [answer(self), why, *self.document.ending, *self.warnings]
+        tables = join(texts_table(self.view(name)) for name in ("objectives", "limits", "gains"))
+        return shown(self.title, lines, tables, self.figure("front"))
 
 
 class ComparedResults(ComparedFolder[C], Results[C]):

@@ -14,7 +14,7 @@ from tuner.experiments.again import rejudge as judging
 from tuner.experiments.again import resume as resuming
 from tuner.experiments.again import verify as verification
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.study.files import study_file
 from tuner.study.searched import SearchedStudy
 
@@ -63,7 +63,7 @@ def run(
     results = open_run(registry.run(given, None if out is None else Path(out), watcher, **options))
     results.study = given
     if isinstance(results, TuningResults):
-        end_with_opinion(results, options.get("threads"), watcher or Watcher())
+        end_with_opinion(results, options.get("threads"), watcher or default_watcher())
     return results
 
 
@@ -154,7 +154,7 @@ def verify(
         True
 
     """
-    return verification.verify(Path(results), sample, threads, watcher or Watcher())
+    return verification.verify(Path(results), sample, threads, watcher or default_watcher())
 
 
 def open_run(done: registry.CompletedRun) -> AnyResults:

@@ -106,12 +106,14 @@ class RuleRow(DocumentPart):
 
 
 class AssessedMetric(DocumentPart):
-    """A mean over the flights of a scenario.
+    """A risk over the flights of a scenario.
 
-    scenario: null for the first flight. difference: geometric mean of after over before, less 1, with its 95 % interval, or null.
+    scenario: null for the first flight. difference: after over before, less 1 (of means the geometric mean of paired flights),
+    with its 95 % interval, or null.
     """
 
     metric: str
+    risk: str = "mean"
     scenario: str | None = None
     definition: str
     unit: str
@@ -122,8 +124,9 @@ class AssessedMetric(DocumentPart):
 
     @property
     def label(self) -> str:
-        """The metric, with the scenario unless that is the first flight."""
-        return self.metric if self.scenario is None else f"{self.metric} ({self.scenario})"
+        """The metric, with another risk than the mean, and a further scenario."""
+        name = self.metric if self.risk == "mean" else f"{self.risk} of {self.metric}"
+        return name if self.scenario is None else f"{name} ({self.scenario})"
 
 
 class AssessedScenario(DocumentPart):

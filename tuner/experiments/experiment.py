@@ -16,7 +16,7 @@ from objectives.engine import LANES, Engine
 from plant.threads import available_threads
 from tuner.documents.resolved import Resolved
 from tuner.experiments.options import Options
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze
@@ -57,7 +57,7 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
     ) -> None:
         self.begin = perf_counter()
         self.study: Any = study
-        self.watcher = watcher or Watcher()
+        self.watcher = watcher or default_watcher()
         self.options = options
         self.threads = options.get("threads")
         self.engine = engine

@@ -13,7 +13,7 @@ from tuner.engines.registry import check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
 from tuner.extension import objects, refuse_lacking
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.advice import JUDGEMENT, PLANT, TUNING, kind_of
 from tuner.store.folder import Folder
 from tuner.store.inputs import compute_as_recorded, read_record
@@ -115,7 +115,7 @@ def run(
 
     The default folder is results/NAME. Raises InputError, and StoreError where the folder cannot be written.
     """
-    watcher, kind, reuse = watcher or Watcher(), experiments()[study.kind], reused(options)
+    watcher, kind, reuse = watcher or default_watcher(), experiments()[study.kind], reused(options)
     for results in reuse:
         if not results.is_dir():
             raise InputError(f"there is no results folder {results}", key="--reuse")
@@ -177,6 +177,6 @@ def draw(path: Path, watcher: Watcher | None = None) -> Path:
     # What cannot be read is told before the folder is touched: a lock would stay behind.
     open_results(path)
     with Folder.open(path) as folder:
-        kind.run.draw(path, watcher or Watcher())
+        kind.run.draw(path, watcher or default_watcher())
         folder.amend(*DRAWN)
     return path / "report.html"

@@ -34,8 +34,8 @@ def assessment_tables(document: AssessmentDocument, violated: bool = False) -> l
 
 
 def metric_table(document: AssessmentDocument) -> Table:
-    """Return the means over the flights, before and after."""
-    head = ("mean", "before", "after", "change, 95 % interval", "verdict")
+    """Return the risks over the flights, before and after."""
+    head = ("metric", "before", "after", "change, 95 % interval", "verdict")
     rows = []
     for row in document.metrics:
         change = NONE

@@ -8,6 +8,7 @@ from typing import Any
 
 from objectives.margins.quantities import QUANTITIES
 from tuner.documents.comparison import ComparedFolder
+from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TUNED, TuningFolder
@@ -146,21 +147,41 @@ def _loops(results: TuningFolder, role: str) -> list[Loop]:
     return [loop for loop in results.loops if results.held_out_front.role(loop.point) == role]
 
 
+def loops_view(document: MarginsDocument) -> Table:
+    """Return the margins of each loop in shown units."""
+    values = [
+        {name: reading.value for name, reading in loop.quantities.items() if name in LOOP_MARGINS}
+        for loop in document.channels
+    ]
+    heads, cells = _margin_cells(values)
+    rows = [
+        (loop.channel, *(numbers if loop.stable else ["-"] * len(heads)))
+        for loop, numbers in zip(document.channels, cells, strict=True)
+    ]
+    return Table("margins", ("loop", *heads), rows, ("loop",))
+
+
 def _margins_table(title: str, whose: str, loops: Sequence[tuple[str, Loop]]) -> Table:
-    """Return a table with a row for each loop: each quantity in one unit."""
-    head, columns = [whose, "loop"], list[list[str]]()
-    for name in LOOP_MARGINS:
-        quantity, values = QUANTITIES[name], [loop.values[name] for _, loop in loops]
+    """Return a table with a row for each loop."""
+    heads, cells = _margin_cells([loop.values for _, loop in loops])
+    rows = [(name, loop.channel, *numbers) for (name, loop), numbers in zip(loops, cells, strict=True)]
+    return Table(f"{title}: margins", (whose, "loop", *heads), rows, (whose, "loop"))
+
+
+def _margin_cells(loops: Sequence[Mapping[str, float | None]]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Return heads and rows of the margins of loops: each quantity in one unit."""
+    heads, columns = list[str](), list[list[str]]()
+    for name in (name for name in LOOP_MARGINS if all(name in loop for loop in loops)):
+        quantity, values = QUANTITIES[name], [loop[name] for loop in loops]
         unit, size = time_unit(name, values)
-        head.append(bracketed(quantity.label, _unit(unit)))
+        heads.append(bracketed(quantity.label, _unit(unit)))
         columns.append(
             [
                 quantity.infinite_text("∞") if value is None else significant(quantity.shown(value) / size, 3)
                 for value in values
             ]
         )
-    cells = [(name, loop.channel, *numbers) for (name, loop), *numbers in zip(loops, *columns, strict=True)]
-    return Table(f"{title}: margins", head, cells, head[:2])
+    return heads, list(zip(*columns, strict=True))
 
 
 def _on_front(rows: Sequence[TableRow]) -> list[TableRow]:

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from tuner.extension import objects
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -101,6 +103,12 @@ class Watcher:
 
     def on_writing(self, part: str) -> None:
         """Called before a part of the results is written, such as "figures"."""
+
+
+def default_watcher() -> Watcher:
+    """Return the watcher of a call that names none: that of an extension for this process, else silence."""
+    watchers = (make() for make in objects("watchers").values())
+    return next((watcher for watcher in watchers if watcher is not None), Watcher())
 
 
 @contextmanager

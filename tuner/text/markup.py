@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 
-_VOID = frozenset({"br", "meta", "input"})
+_VOID = frozenset({"br", "img", "meta", "input"})
 
 
 class Markup(str):

@@ -85,6 +85,7 @@ LACKING = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_only_a_bundled_extension_reads_is_refused_with_its_name(tmp_path):
     for name, text in FILES.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)

@@ -13,7 +13,7 @@ from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.run import JudgementRun
 from tuner.experiments.tuning.search import flight_store, replayed
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.advice import JUDGEMENT
 from tuner.store.folder import Folder
 from tuner.store.inputs import as_recorded, check_model
@@ -50,7 +50,7 @@ def rejudge(
     Without one, the study of the run with overrides judges. The judgement goes into a new folder. Raises InputError where
     the study asks for other flights, StoreError where the run is not finished or cannot be had again.
     """
-    watcher = watcher or Watcher()
+    watcher = watcher or default_watcher()
     first, judging = judging_study(path, study, overrides or {})
     folder = Folder.create(out)
     watcher.on_start(judging, folder.path, JudgementRun.notes(judging))

@@ -13,7 +13,7 @@ from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import CompletedRun, completed, experiments, refuse_options
 from tuner.extension import refuse_lacking
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
@@ -25,7 +25,7 @@ S = TypeVar("S", bound=AnyStudy | TuningStudy)
 
 def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> CompletedRun:
     """Go on with the run in a results folder to its end; StoreError where it cannot be continued."""
-    watcher, record = watcher or Watcher(), read_record(path)
+    watcher, record = watcher or default_watcher(), read_record(path)
     _refuse_others(path, record, RESUMED)
     kind = experiments()[record.kind]
     refuse_options(kind, **options)

@@ -20,7 +20,7 @@ from tuner.experiments.tuning.conflicts import automatic_rows
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.extension import added, load
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.study.kinds import AnyStudy, study_kinds
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
@@ -37,7 +37,7 @@ def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads:
         message = f"this is {kind.noun}; `tuner plan` takes a study of one controller or a contest"
         raise InputError(message, file=study.path, key=kind.table)
     planned = PLANS[study.kind] if study.kind in PLANS else load(further[study.kind])
-    return planned(study, share, watcher or Watcher(), threads)
+    return planned(study, share, watcher or default_watcher(), threads)
 
 
 def _plan_study(study: TuningStudy, share: float, watcher: Watcher, threads: int | None) -> PlanDocument:

@@ -33,7 +33,7 @@ from tuner.extensions.judge.vehicle_files import find_source, read_parameter_fil
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.extensions.step_records.key_inputs import Inputs, step_key
 from tuner.extensions.step_records.keyed_folder import KeyedFolder, StepState
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.text.tables import Table
 
 KIND = "autotune"
@@ -122,7 +122,8 @@ def autotune(
         check_name("stage", restart, [stage.name for stage in STAGES], key="--restart")
     with KeyedFolder.begin(Path(out), KIND) as keyed:
         setup = Setup(
-            given, read, Path(vehicle), Path(out), keyed.folder, airframe, chosen, mapping, binary, threads, watcher or Watcher()
+            given, read, Path(vehicle), Path(out), keyed.folder, airframe, chosen, mapping, binary, threads,
+            watcher or default_watcher(),
         )  # fmt: skip
         chain = _Chain(keyed, setup)
         if restart is not None:

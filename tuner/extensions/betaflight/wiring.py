@@ -114,7 +114,7 @@ def learn_wiring(power_up: Callable[[Wiring], Probed], spins: Sequence[float], p
         )
     first, second, third, fourth = (corners.index(corner) for corner in range(4))
     places = (first, second, third, fourth)
-    if not any(_changes_in_successive_periods(answer) for answer in answers):
+    if not any(_has_successive_changes(answer) for answer in answers):
         raise InputError(RATE_ADVICE, file=binary)
     if float(tilt @ np.sign(pitch)) < MIN_TILTING * float(np.abs(pitch).sum()):
         raise InputError(ESTIMATOR_ADVICE, file=binary)
@@ -137,8 +137,8 @@ def _answer(board: Probed, pulse: Instant, period: float) -> Array:
     return np.array([before, *pulsed]) - np.array(before)
 
 
-def _changes_in_successive_periods(answer: Array) -> bool:
-    """Return whether motors change in two successive periods, as those of slower loops never do."""
+def _has_successive_changes(answer: Array) -> bool:
+    """Whether motors change in two successive periods; slower loops skip some."""
     changed = np.any(np.diff(answer[: N_FIRST_STEPS + 1], axis=0), axis=1)
     return bool(np.any(changed[1:] & changed[:-1]))
 

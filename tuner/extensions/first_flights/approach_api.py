@@ -44,7 +44,7 @@ from tuner.extensions.first_flights.approach_document import (
     StepOfApproach,
 )
 from tuner.gains import Controller
-from tuner.search.watcher import Watcher, compilation
+from tuner.search.watcher import Watcher, compilation, default_watcher
 from tuner.store.folder import Folder
 from tuner.text.sentences import value_text
 
@@ -146,7 +146,7 @@ def approach(
     flight_setup = after.flight_setup(study, 0, SEED)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
-        document = _document(before, after, flight_setup, rows, flights, watcher or Watcher())
+        document = _document(before, after, flight_setup, rows, flights, watcher or default_watcher())
         made = Approach(document, (before, *between, after), None if folder is None else folder.path)
         if folder is not None:
             _write(folder, made, to, options, previous)

@@ -36,7 +36,7 @@ from tuner.extensions.first_flights.confirmation_document import (
 )
 from tuner.extensions.first_flights.confirmation_page import confirmation_page, verdicts
 from tuner.gains import Controller
-from tuner.search.watcher import Watcher, compilation
+from tuner.search.watcher import Watcher, compilation, default_watcher
 from tuner.store.folder import Folder
 from tuner.study.study import Study
 
@@ -137,7 +137,7 @@ def confirm(
         plant.errors.InputError: not_built: --binary: cannot be read: No such file or directory
 
     """
-    chosen, heard = firmware_of(firmware), watcher or Watcher()
+    chosen, heard = firmware_of(firmware), watcher or default_watcher()
     if flights < MIN_FLIGHTS or finalists < 1:
         message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {MIN_FLIGHTS}"
         raise InputError(message, key="--flights")

@@ -29,7 +29,7 @@ from tuner.extensions.flight_plans.planning import Experiment, ExperimentSpec, c
 from tuner.extensions.identification.api import check_deviation, new_page
 from tuner.extensions.logs.csv_writing import MAPPING, csv_table
 from tuner.extensions.vehicle_fit.parameters import ARM, MASS, space_of
-from tuner.search.watcher import Watcher, compilation
+from tuner.search.watcher import Watcher, compilation, default_watcher
 from tuner.store.folder import Folder
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def plan_flight(
     check_deviation(mass, "--mass")
     check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
-    heard, prior = watcher or Watcher(), load(airframe)
+    heard, prior = watcher or default_watcher(), load(airframe)
     check_names(numbers, space_of(prior.vehicle, []))
     request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)

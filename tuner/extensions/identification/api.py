@@ -23,7 +23,7 @@ from tuner.extensions.logs.flight_log import FlightLog
 from tuner.extensions.logs.reading import read_log
 from tuner.extensions.vehicle_fit.flights import flights_of
 from tuner.extensions.vehicle_fit.parameters import ARM, MASS, EarlierPosterior
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.folder import put
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def identify(
         raise InputError("says what changed since earlier logs; give them as update, or leave it out", key="changed")
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else new_page(Path(report))
-    prior, heard = load(airframe, allow_unphysical=True), watcher or Watcher()
+    prior, heard = load(airframe, allow_unphysical=True), watcher or default_watcher()
     read = read_logs(logs, mapping)
     posterior, before = _earlier(update, prior, read)
     if posterior is not None and changed is not None:

@@ -24,7 +24,7 @@ from tuner.extensions.judge.document import ReadBackDocument
 from tuner.extensions.judge.page import assessment_page
 from tuner.extensions.judge.vehicle_files import file_part, find_source, name_files, parameter_change, read_subjects
 from tuner.extensions.judge.verdict_basis import missing_basis, unjudged_document
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.folder import Folder
 from tuner.study.files import shipped_studies
 
@@ -152,7 +152,7 @@ def judge(
     count = FLIGHTS if flights is None else flights
     if count < MIN_FLIGHTS:
         raise InputError(f"given {count}; allowed: at least {MIN_FLIGHTS}", key="--flights")
-    stages, heard = Stages(), watcher or Watcher()
+    stages, heard = Stages(), watcher or default_watcher()
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with ExitStack() as stack:
         stack.enter_context(folder or nullcontext())

@@ -8,14 +8,18 @@ import numpy as np
 
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
-from objectives.risk import RELEVANT, Risk
+from objectives.risk import RELEVANT, Risk, minimum_samples
 from objectives.risk.differences import NOT_DISTINGUISHABLE
 from plant.seeds import generator
 from tuner.analysis.judged_rows import REPLICATES
 from tuner.documents.assessment import AssessedMetric, AssessedScenario
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.verdicts import verdict_on_difference
-from tuner.extensions.judge.scenarios import JudgedScenario
+from tuner.extensions.judge.scenarios import POSITION, JudgedScenario
+
+MEAN = Risk("mean")
+TAIL = Risk("cvar", 0.9)
+"""Risk of the position next to its mean, in which vehicles in the worst air count no more than others."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +55,15 @@ class PairedScores:
 
     @property
     def rows(self) -> list[AssessedMetric]:
-        """Means over the flights that no file loses, or all."""
+        """Risks over the flights that no file loses, or all; many flights have a tail of the position."""
         is_completed = np.all(self.scores[:, 0] == 0.0, axis=0)
         scores = self.scores[:, :, is_completed] if is_completed.any() else self.scores
+        has_tail = scores.shape[-1] >= minimum_samples(TAIL)
         return [
-            self._row(index, scores)
+            self._row(index, risk, scores[:, index])
             for index, metric in enumerate(self.metrics)
             if index and (self.scenario is None or metric.text in self.scenario.metrics)
+            for risk in ((MEAN, TAIL) if has_tail and metric.text == POSITION else (MEAN,))
         ]
 
     @property
@@ -73,30 +79,37 @@ class PairedScores:
             loss=self.loss,
         )
 
-    def _row(self, index: int, scores: np.ndarray) -> AssessedMetric:
-        metric, values = self.metrics[index], scores[:, index]
-        means, difference = values.mean(axis=-1).tolist(), None
-        before = means[1] if len(means) > 1 else None
-        if before is not None and np.all(values > 0.0):
-            # Ratios of paired flights: a class has vehicles with ten times the noise of others.
-            difference = SampledValue(*map(expm1, self._difference(index, np.log(values))))
+    def _row(self, index: int, risk: Risk, values: np.ndarray) -> AssessedMetric:
+        metric, difference = self.metrics[index], None
+        after, *before = risk.apply(values).tolist()
+        if before and np.all(values > 0.0):
+            difference = self._change(index, risk, values)
         return AssessedMetric(
             metric=metric.text,
+            risk=str(risk),
             scenario=None if self.scenario is None or self.scenario.share == 1 else self.scenario.spec.name,
             definition=metric.metric.definition,
             unit=metric.unit,
-            before=before,
-            after=means[0],
+            before=before[0] if before else None,
+            after=after,
             difference=difference,
-            # A ratio is a share of the value before already.
+            # A change is a share of the value before already.
             verdict=NOT_DISTINGUISHABLE
             if difference is None
             else verdict_on_difference(1.0, difference, self.relevant),
         )
 
-    def _difference(self, index: int, values: np.ndarray) -> SampledValue:
-        """Return the difference of the means of values (2, flights)."""
+    def _change(self, index: int, risk: Risk, values: np.ndarray) -> SampledValue:
+        """Return after over before, less 1: the geometric mean of paired flights, or the ratio of both tails."""
+        if risk.is_mean:
+            # Ratios of paired flights: a class has vehicles with ten times the noise of others.
+            return SampledValue(*map(expm1, self._difference(index, np.log(values))))
+        before = float(risk.apply(values[1]))
+        return SampledValue(*(part / before for part in self._difference(index, values, risk)))
+
+    def _difference(self, index: int, values: np.ndarray, risk: Risk = MEAN) -> SampledValue:
+        """Return the difference of the risks of values (2, flights)."""
         flights = values.shape[-1]
         resample = generator(self.seed, "judge/bootstrap", 0).integers(flights, size=(REPLICATES, flights))
-        objective = Objective(self.metrics[index], Risk("mean"))
+        objective = Objective(self.metrics[index], risk)
         return SampledValue(*map(float, objective.difference(values[0], values[1], resample)))

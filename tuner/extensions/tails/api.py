@@ -15,7 +15,7 @@ from tuner.api.studies import StudyLike, gains_study
 from tuner.extensions.tails.document import TailDocument
 from tuner.extensions.tails.events import FAILURE
 from tuner.extensions.tails.run import TailRun, TailSettings, TailSubject
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.study.files import shipped_studies
 from tuner.study.kinds import AnyStudy
 
@@ -149,7 +149,7 @@ def tail(
         written,
         first.spec,
         TailSettings(first.root, to, width, most, threads, worst, dask),
-        watcher or Watcher(),
+        watcher or default_watcher(),
         None if out is None else Path(out),
     )
     return Tail(run.carry_out(), None if out is None else Path(out))

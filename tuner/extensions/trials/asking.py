@@ -14,7 +14,7 @@ from tuner.extensions.trials.problem import MissingResultError
 from tuner.extensions.trials.record import Trial, TrialRecord
 from tuner.extensions.trials.run import TrialRun, TrialRunner
 from tuner.extensions.trials.study import TrialStudy
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
@@ -84,7 +84,7 @@ def ask(
 
     make: runs each trial at once, so that the run goes on to its end. Raises StoreError for the folder of another study.
     """
-    path, watcher = out or default_folder(study), watcher or Watcher()
+    path, watcher = out or default_folder(study), watcher or default_watcher()
     if path.exists() and is_concluded(path, study):
         return PendingTrials(path, [])
     run = TrialRun(study, open_or_create(path, study), watcher)

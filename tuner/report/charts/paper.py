@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as MatplotlibFigure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
@@ -89,6 +89,16 @@ def glyphs_alone() -> Iterator[None]:
 def style() -> Any:
     """Return the context in which figures are drawn and saved."""
     return rc_context({**DEFAULTS, **STYLE})
+
+
+class Figure(MatplotlibFigure):
+    """A figure that a notebook shows, although pyplot has not made it."""
+
+    def _repr_png_(self) -> bytes:
+        png = BytesIO()
+        with style():
+            FigureCanvasAgg(self).print_png(png)
+        return png.getvalue()
 
 
 def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:

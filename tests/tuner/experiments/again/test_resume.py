@@ -73,6 +73,7 @@ def test_the_number_of_threads_changes_no_bit(small_run, tmp_path, threads):
     compare(result_of(tmp_path / "r"), result_of(small_run[1]))
 
 
+@pytest.mark.slow
 def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
     # It asks for margins between flights, so its points follow from more than what was flown.
     changes = {
@@ -91,6 +92,7 @@ def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
     compare(result_of(tmp_path / "run"), whole)
 
 
+@pytest.mark.slow
 def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_path, monkeypatch):
     # Two generations are enough here, and of the finalists only the recommended goes on.
     monkeypatch.setattr(convergence.StoppingRule, "is_met", lambda rule, volumes: len(volumes) == 2)
@@ -212,6 +214,7 @@ def test_the_model_key_hangs_on_what_extensions_of_this_distribution_fly_with(tm
     assert memory.model_key.__wrapped__() != known
 
 
+@pytest.mark.slow
 def test_a_longer_budget_gives_what_the_longer_run_gives(small_run, copy, tmp_path):
     outcome, _ = resumed(copy, budget=5)
     whole = run_small(tmp_path / "whole", search__generations=5)

@@ -38,6 +38,7 @@ def flights_each(outcome):
     return [entry.evaluation.scores.shape[-1] for entry in outcome.generations]
 
 
+@pytest.mark.slow
 def test_all_candidates_make_the_further_flights(grown):
     outcome, folder = grown
     assert flights_each(outcome) == [16] * 6
@@ -61,6 +62,7 @@ def test_tables_on_disk_hold_them(grown):
         assert np.array_equal(values, generation.evaluation.values)
 
 
+@pytest.mark.slow
 def test_the_same_bits_again_on_another_number_of_threads_and_after_a_stop(grown, tmp_path):
     _, folder = grown
     assert verify(folder, 3, 2, Watcher()).identical

@@ -65,6 +65,7 @@ def test_what_does_nothing_wins_the_objectives_and_is_not_recommended(lazy, tmp_
     assert rows[f"quantile50(rms.{channel})@{scenario}"]["verdict"] in ("kept", "not certain")
 
 
+@pytest.mark.slow
 def test_a_channel_at_rest_that_nothing_judges_is_held_by_the_default(tmp_path):
     study = load_gains_study(STUDIES[0].written(tmp_path), "a test")
     assert isinstance(study, PlantStudy)

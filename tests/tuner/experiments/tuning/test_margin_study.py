@@ -432,6 +432,7 @@ def test_same_bits_for_another_thread_count(ran, tmp_path):
     assert np.array_equal(alone.values, outcome.archive.values)
 
 
+@pytest.mark.slow
 def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
     margin = {"quantity": "phase_margin", "min": 170.0}
     impossible = {"margin": [margin], "search.generations": 2, "search.population": 8}

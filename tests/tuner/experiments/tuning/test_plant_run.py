@@ -102,6 +102,7 @@ def test_a_plant_flies_with_its_study_where_its_code_is_named(run, written, monk
     assert code == 0 and json.loads(out)["flights"] == 4
 
 
+@pytest.mark.slow
 def test_a_longer_budget_gives_what_the_longer_run_gives(run, written, monkeypatch, capsys, tmp_path):
     longer = tmp_path / "longer"
     shutil.copytree(run, longer)

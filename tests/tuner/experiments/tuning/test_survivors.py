@@ -111,6 +111,7 @@ def test_a_front_of_many_is_thinned_by_hypervolume(staged):
     assert dominated > 0.995 > hypervolume(evenly_spaced, values[0]) / hypervolume(values, values[0])
 
 
+@pytest.mark.slow
 def test_a_scenario_may_have_no_flights_left_for_survivors(tmp_path, monkeypatch, capsys):
     """Its quantities have no value of the other flights alone; those of all flights are judged."""
     small = ["search.generations=2", "search.population=8", "scenario.0.search=4", "scenario.0.held_out=16"]

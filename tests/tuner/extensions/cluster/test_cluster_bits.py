@@ -97,6 +97,7 @@ class Counter(Watcher):
         self.flights += flights
 
 
+@pytest.mark.slow
 def test_four_workers_leave_what_none_leave(cluster, alone, tmp_path):
     _, client = cluster
     refuse_unlike(client)

@@ -191,6 +191,7 @@ def test_a_dead_time_goes_into_the_file_where_the_log_tells_it(crazyflie, tmp_pa
     assert load(file).vehicle.dead_time == 0.002
 
 
+@pytest.mark.slow
 def test_two_logs_narrow_what_one_leaves(halves):
     """The same vehicle flown twice: the same log under another name would be told from it by nothing."""
     flight, one, both = halves.flight, halves.first, halves.both
@@ -200,6 +201,7 @@ def test_two_logs_narrow_what_one_leaves(halves):
     assert np.abs(list(misses(both, flight).values())).max() < 4.0
 
 
+@pytest.mark.slow
 def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(halves):
     """To one standard deviation, for the noise of each is fitted anew; intervals as wide to a third in the middle.
 

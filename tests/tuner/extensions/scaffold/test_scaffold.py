@@ -88,6 +88,7 @@ def test_the_command_is_in_the_help_and_runs(installed, small_run):
     assert printed.endswith("of the candidates keep every limit.\n")
 
 
+@pytest.mark.slow
 def test_metric_law_target_and_section_are_there(installed, small_run):
     code = """
 import sys

@@ -110,6 +110,7 @@ def test_plants_and_fmus_have_limit_functions_too():
         assert limit.values(normals(limit, 3)).shape == (3, modes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["peak.angle > 1.5", pytest.param("failure", marks=pytest.mark.slow)])
 def test_an_fmu_demands_what_the_same_plant_in_python_does(text):
     native, fmu = (

@@ -99,6 +99,7 @@ def ran(tmp_path_factory):
     return run_small(folder, threads=2, constraint=LIMIT["constraint"], scenario__0__duration=1.0), folder
 
 
+@pytest.mark.slow
 def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     outcome, folder = ran
     row = outcome.table[len(outcome.study.objectives)]
@@ -114,6 +115,7 @@ def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     assert any("with a probability of" in text and "at most 0.05 is allowed" in text for text in read.remarks)
 
 
+@pytest.mark.slow
 def test_the_run_records_and_draws_the_tails_of_that_limit(ran):
     outcome, folder = ran
     row = outcome.table[len(outcome.study.objectives)]

@@ -199,6 +199,7 @@ def test_wrong_questions_are_told_in_a_sentence(study, changes, sentence):
         tuner.tail(**given)
 
 
+@pytest.mark.slow
 def test_one_flight_is_allowed(study):
     event = tuner.tail(study, "failure", most=1).document.gains[0].events[0]
     assert event.flights <= 1
@@ -218,6 +219,7 @@ def test_a_scenario_without_noise_needs_one_flight(study):
     assert event.high < 1.0
 
 
+@pytest.mark.slow
 def test_a_design_point_is_flown_by_its_name_and_reaches_the_limit(study, made):
     points = [mode.point for mode in made.document.gains[0].events[0].modes if mode.point]
     assert points
@@ -303,6 +305,7 @@ def test_modes_points_and_ratios_are_told_in_a_line():
     assert probability_text(0.178, 0.15, 0.21) == "0.178 [0.15, 0.21]"
 
 
+@pytest.mark.slow
 def test_a_plants_study_has_tails_too(tmp_path, monkeypatch):
     from tests.tuner.experiments import own_motor
 
