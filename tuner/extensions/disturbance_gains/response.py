@@ -16,7 +16,7 @@ from plant.records import paths, size
 
 Array = np.ndarray
 # Frequencies of the grid, and the lowest as a share of half the sampling rate.
-N_POINTS, LOWEST_SHARE = 120, 1e-5
+N_POINTS, MIN_SHARE = 120, 1e-5
 # Places around the frequency of a mode, in half-widths of its resonance.
 RESONANCE_OFFSETS = np.array([-2.0, -1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0, 2.0])
 # Numbers of matrices that are solved at once.
@@ -64,11 +64,11 @@ class DisturbanceResponse:
         seen = _connected(a, entry, self._shown)
         if not seen[self._shown]:
             return 0.0
-        a, entry, shown = a[np.ix_(seen, seen)], entry[seen], int(np.count_nonzero(seen[: self._shown]))
+        a, entry, shown = a[seen][:, seen], entry[seen], int(np.count_nonzero(seen[: self._shown]))
         poles = np.linalg.eigvals(a)
         if np.abs(poles).max() >= 1.0:
             return np.inf
-        grid = np.concatenate([[0.0], np.pi * np.geomspace(LOWEST_SHARE, 1.0, N_POINTS), _near(poles)])
+        grid = np.concatenate([[0.0], np.pi * np.geomspace(MIN_SHARE, 1.0, N_POINTS), _near(poles)])
         return float(np.abs(response(a, entry, shown, grid)).max())
 
 
