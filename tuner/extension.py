@@ -31,7 +31,8 @@ BUNDLED_NAMES: Mapping[str, Names] = {
         "tail": "tails", "tell": "trials", "theory": "theory",
     },
     "tables": {
-        "choices": "contests", "contender": "contests", "cost": "processor_cost", "guarantee": "theory", "trials": "trials",
+        "choices": "contests", "contender": "contests", "cost": "processor_cost", "disturbance_gain": "disturbance_gains",
+        "guarantee": "theory", "trials": "trials",
     },
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},

@@ -1,6 +1,6 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import cos, isfinite, radians, sqrt
 from pathlib import Path
 from typing import Any, TypeVar
@@ -36,7 +36,7 @@ from tuner.study.judged_reading import mission_of, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.reading import checked_table, read_study_table
-from tuner.study.requirement_kinds import requirement_kind
+from tuner.study.requirement_kinds import screens_of
 from tuner.study.schema import (
     AirframeTable,
     ControllerTable,
@@ -327,13 +327,7 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
     """Return the requirements that need no flight, in the tables' order."""
-
-    def screens(kind: str, entries: Sequence[object]) -> tuple[Screen, ...]:
-        return tuple(
-            listed(kind, path, entries, lambda entry: requirement_kind(kind).screen(entry, system, specs, table.seed))
-        )
-
-    guarantees = screens("guarantee", table.guarantee)
+    guarantees = screens_of("guarantee", path, table.guarantee, system, specs, table.seed)
     first: dict[str, int] = {}
     for i, screen in enumerate(guarantees):
         for requirement in screen.requirements:
@@ -344,6 +338,6 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
                 raise InputError(message, key=f"guarantee[{i}]")
     margins = tuple(listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs)))
     unique("margin", [entry.label for entry in margins])
-    costs = screens("cost", table.cost)
+    costs = screens_of("cost", path, table.cost, system, specs, table.seed)
     unique("cost", [screen.requirements[0].label for screen in costs])
     return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)

@@ -169,6 +169,19 @@ NumberOrTable = Annotated[
 ]
 
 
+class DisturbanceGainTable(StrictTable):
+    """[[disturbance_gain]]: a limit on the gain from a disturbance to an output, which any loop may have."""
+
+    disturbance: str
+    """Name of a disturbance."""
+    output: str
+    """Name of an output."""
+    max: Annotated[float, schema.RECORDED_MAX]
+    """Largest gain over frequency, in units of output over disturbance."""
+    hard: bool = True
+    """Do not fly candidates that break it; false: a constraint like any other."""
+
+
 class PlantStudyTable(StrictTable):
     """A whole study file of a plant of one's own."""
 
@@ -194,5 +207,6 @@ class PlantStudyTable(StrictTable):
     mission: schema.MissionTable = Field(default=schema.MissionTable())  # pyright: ignore[reportInvalidTypeForm]
     constraint: list[schema.ConstraintTable] = Field(default=[])
     margin: list[schema.MarginTable] = Field(default=[])
+    disturbance_gain: list[DisturbanceGainTable] = Field(default=[])
     search: schema.SearchTable = schema.SearchTable()
     pick: schema.PickTable = schema.PickTable()

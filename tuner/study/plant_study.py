@@ -38,6 +38,7 @@ from tuner.study.plant_gains import plant_space
 from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_margins
 from tuner.study.plant_schema import PLANT_KEYS, ActuatorTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import checked_table
+from tuner.study.requirement_kinds import screens_of
 from tuner.study.searched import Followed, StudyScenario
 from tuner.study.starts import EarlierGains
 from tuner.study.tuning_study import TuningStudy
@@ -185,7 +186,8 @@ class PlantStudy(TuningStudy):
         They are JSON-able data; without: tables to leave out.
         """
         # A study that asks for nothing else has the digest that it had before there was a floor.
-        content = super().comparable((*without, *(("mission",) if self.mission == USUAL else ())))
+        usual = {"mission": self.mission == USUAL, "disturbance_gain": not self.table.disturbance_gain}
+        content = super().comparable((*without, *[key for key, same in usual.items() if same]))
         plant = content.get("plant")
         if isinstance(plant, Mapping):
             content["plant"] = {key: value for key, value in plant.items() if key not in PATHS}
@@ -267,8 +269,11 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         specs = [entry.spec for entry in scenarios]
         margins = margins_asked(table.margin, path, system, specs)
         unique("margin", [entry.label for entry in margins])
-        screens = (margin_screen_of(margins, path, system, space, specs),) if margins else ()
-        return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
+        screens = [margin_screen_of(margins, path, system, space, specs)] if margins else []
+        screens += screens_of("disturbance_gain", path, table.disturbance_gain, system, specs, table.seed)
+        return assembled(
+            PlantStudy, path, table, space, judging, mission, constraints, tuple(screens), code_digest=digest
+        )
 
 
 def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, SystemMaker]:

@@ -1,0 +1,1 @@
+"""Limits on gains from a disturbance to an output."""
