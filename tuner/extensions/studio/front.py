@@ -15,7 +15,7 @@ from tuner.text.units import bracketed
 
 KEY = "front"
 """Id of the chart."""
-AID = "Points of a run, if there is one, and the setting as a circle. A click takes the gains of a point."
+AID = "Points of a run, and the setting as a circle. A click takes the gains of a point."
 """Line on how to read the chart."""
 
 
@@ -29,13 +29,18 @@ class Front:
     def __init__(self, session: Session) -> None:
         self.run = None if session.folder is None else RunFolder(session.folder, session.study)
         self._n_objectives = len(session.study.objectives)
-        self._drawn: tuple[RunFolder | None, int, bool] | None = None
+        self._drawn: tuple[RunFolder, int, bool] | None = None
         self._panel = Panel(KEY, "", Axis(), Axis(), [])
 
     def panels(self, rows: Sequence[Mapping[str, Any]]) -> list[Panel]:
-        """Return the panel of the trade-off; rows: of the table, whose first objectives place the setting at hand."""
+        """Return the panel of the trade-off, none without a run.
+
+        rows: of the table, whose first objectives place the setting at hand.
+        """
+        if self.run is None:
+            return []
         objectives = [row for row in rows if row["kind"] == "objective"][:2]
-        base = self._base(objectives)
+        base = self._base(self.run, objectives)
         x, *y = (np.array([np.nan if row["value"] is None else row["value"]]) for row in objectives)
         height = y[0] if y else np.full(1, 0.45)
         place = Points(
@@ -44,19 +49,18 @@ class Front:
         axes = stretched(base.x, x), base.y if base.rows else stretched(base.y, height)
         return [Panel(KEY, "Trade-off", *axes, [*base.marks, place], form="pair", rows=base.rows)]
 
-    def _base(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
+    def _base(self, run: RunFolder, objectives: Sequence[Mapping[str, Any]]) -> Panel:
         """Return the panel without the setting at hand."""
-        run = self.run
-        state = (run, 0 if run is None else len(run.generations()), run is not None and run.has_ended)
+        state = (run, len(run.generations()), run.has_ended)
         if state != self._drawn:
-            results = None if run is None else run.results
-            self._panel = ended(results) if results is not None else self._growing(objectives)
+            results = run.results
+            self._panel = ended(results) if results is not None else self._growing(run, objectives)
             self._drawn = state
         return self._panel
 
-    def _growing(self, objectives: Sequence[Mapping[str, Any]]) -> Panel:
+    def _growing(self, run: RunFolder, objectives: Sequence[Mapping[str, Any]]) -> Panel:
         titles = [bracketed(row["name"], row["unit"]) for row in objectives]
-        generations = [] if self.run is None else self.run.generations()
+        generations = run.generations()
         every = np.concatenate([*[each.values for each in generations], np.zeros((0, self._n_objectives))])
         feasible = np.concatenate([*[each.feasible for each in generations], np.zeros(0, dtype=bool)])
         is_ranking = len(titles) == 1
