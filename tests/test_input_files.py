@@ -167,7 +167,7 @@ OWN = {
     "tuner/extensions/cuda/card.py",
     "objectives/memory.py",
     "tuner/extensions/rotorpy/export.py",
-    "tuner/extensions/fmi/export.py",
+    "tuner/extensions/fmi/archive.py",
     "tuner/extensions/fmi/code.py",
     "tuner/report/page.py",
     "tuner/extensions/processor_cost/qemu.py",

@@ -93,7 +93,7 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
         shutil.copy(LOG, folder)
     made = {}
     # Not every machine has a compiler of C, and its bytes are its own.
-    uncompiled = patch("tuner.extensions.fmi.export.compiler", return_value=None)
+    uncompiled = patch("tuner.extensions.fmi.archive.compiler", return_value=None)
     # Points a side of maps that are drawn and kept nowhere else: five of the nine seconds of margins.
     coarse = patch("tuner.analysis.margins.mismatch.POINTS", 3)
     with contextlib.chdir(folder), undrawn(), uncompiled, coarse:

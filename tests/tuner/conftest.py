@@ -127,4 +127,4 @@ def unflown(monkeypatch):
 @pytest.fixture
 def uncompiled(monkeypatch):
     """Have mock-up units hold no binary."""
-    monkeypatch.setattr("tuner.extensions.fmi.export.compiler", lambda: None)
+    monkeypatch.setattr("tuner.extensions.fmi.archive.compiler", lambda: None)
