@@ -177,6 +177,7 @@ class Resolved(Document):
     constraint: list[dict[str, Json]] = []
     guarantee: list[dict[str, Json]] = []
     margin: list[dict[str, Json]] = []
+    disturbance_gain: list[dict[str, Json]] = []
     cost: list[dict[str, Json]] = []
     search: ResolvedSearch
     pick: dict[str, Json] = {}

@@ -186,8 +186,7 @@ class PlantStudy(TuningStudy):
         They are JSON-able data; without: tables to leave out.
         """
         # A study that asks for nothing else has the digest that it had before there was a floor.
-        usual = {"mission": self.mission == USUAL, "disturbance_gain": not self.table.disturbance_gain}
-        content = super().comparable((*without, *[key for key, same in usual.items() if same]))
+        content = super().comparable((*without, *(("mission",) if self.mission == USUAL else ())))
         plant = content.get("plant")
         if isinstance(plant, Mapping):
             content["plant"] = {key: value for key, value in plant.items() if key not in PATHS}
@@ -206,9 +205,10 @@ class PlantStudy(TuningStudy):
         given = self.table.plant.model_dump(
             mode="json", exclude={"fmu", *FMU_KEYS} if self.table.plant.fmu is None else None
         )
+        unused = None if self.table.disturbance_gain else {"disturbance_gain"}
         plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
         return {
-            **self.table.model_dump(mode="json", by_alias=True),
+            **self.table.model_dump(mode="json", by_alias=True, exclude=unused),
             # By digest: where a file lies does not count.
             **self.own_code,
             "plant": {**given, **plant, "name": system.plant.name, "title": system.plant.title},

@@ -121,7 +121,7 @@ def test_its_controller_in_c_has_the_bits_of_its_golden_vectors(tmp_path):
             "plant.dead_time: given 2.1 s; a delay must be a whole number of control periods of 0.25 s",
         ),
         ({"dead_time": -1.0}, "plant.dead_time: given -1.0 s; allowed: 0 s or more"),
-        ({"dead_time": 100.0}, "plant.dead_time: given 100 s, 400 control periods; at most 128 are kept"),
+        ({"dead_time": 400.0}, "plant.dead_time: given 400 s, 1600 control periods; allowed: up to 1024"),
         ({"file": "motor.py"}, "plant: needs a file or an FMU, one of them"),
         ({"state_space": TANKS}, "plant: needs a file or an FMU, one of them"),
         ({"patience": 3.0}, "plant.patience: belongs to an FMU"),

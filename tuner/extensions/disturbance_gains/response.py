@@ -10,7 +10,6 @@ from objectives.margins.loop_margins import gains_of_terms
 from objectives.margins.plant_period import PlantPeriod
 from objectives.plant_system import PlantSystem
 from plant.errors import InputError, check_name
-from plant.model.plant_model import PlantModel
 from plant.model.slope import linear_equations
 from plant.records import paths, size
 
@@ -34,7 +33,7 @@ class DisturbanceResponse:
 
     def __init__(self, system: PlantSystem, disturbance: str, output: str) -> None:
         plant = system.plant
-        if not isinstance(plant, PlantModel):
+        if not hasattr(plant, "derivative"):
             raise InputError("an FMU has no equations; limit a metric of its flights instead", key="disturbance")
         check_name("disturbance", disturbance, paths(plant.Disturbance), key="disturbance")
         check_name("output", output, paths(plant.Output), key="output")

@@ -68,7 +68,7 @@ def judge(
     return answer(made, as_json, made.exit_code)
 
 
-def changed(after: Path, before: Path | None, gain: list[str]) -> tuple[tuner.Gains, Path]:
+def changed(after: Path, before: Path | None, gain: list[str]) -> "tuple[tuner.Gains, Path]":
     """Return the changed gains of a gains.json, and the present ones."""
     if after.suffix != ".json":
         raise InputError(
