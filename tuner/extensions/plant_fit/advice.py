@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tuner.extensions.plant_fit.estimate import Projection, jacobian_of
+from tuner.extensions.plant_fit.estimate import Projection, slopes_of
 from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant, Number
+from tuner.extensions.plant_fit.noise import whiten
 from tuner.extensions.plant_fit.response import Grid
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.text.numbers import significant
@@ -120,8 +121,7 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     shared = solution.numerators.size
     linear = np.zeros(len(first.linear))
     linear[:shared] = solution.linear[:shared]
-    jacobian = jacobian_of(projection, replace(first, linear=linear, residuals=(np.zeros(n),)))
-    used = jacobian[:, : len(jacobian.T) - len(solution.noise)]
+    used = whiten(slopes_of(projection, replace(first, linear=linear))[0], solution.noise)
     size = np.linalg.norm(used, axis=0)
     size[size == 0.0] = 1.0
     scaled = used / size

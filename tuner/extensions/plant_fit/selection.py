@@ -16,10 +16,12 @@ from tuner.extensions.plant_fit.estimate import (
     Search,
     Solution,
     share,
+    slopes_of,
     starts_of,
     usual_dead_times,
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
+from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.structures import FIRST, Structure
 
 Array = np.ndarray
@@ -107,7 +109,12 @@ def fit_together(problem: Problem, start: Solution) -> Solution:
     for _ in range(ROUNDS):
         noise = fit_noise(list(solution.residuals))
         solution = search.polish(projection.solve(solution.shape, solution.dead_times, noise))
-    return search.polish(solution, with_noise=True)
+    for _ in range(ROUNDS):
+        # The noise model comes with a linear step of the plant, without which both would approach each other slowly.
+        likelihood = RestrictedLikelihood.of(slopes_of(projection, solution), solution.residuals, len(solution.noise))
+        noise = likelihood.best(solution.noise)
+        solution = search.polish(projection.solve(solution.shape, solution.dead_times, noise))
+    return solution
 
 
 def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solution]:
