@@ -21,6 +21,8 @@ RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
 DIFFERENCE, DEAD_TIME_DIFFERENCE = 1e-4, 0.05
 """Step of differences in shape parameters, which are logarithms, and in a dead time, in samples."""
+MIN_INFORMATION = 1e-8
+"""Least singular value of the normalized slopes, over the largest, of a direction that the data show."""
 N_DEAD_TIMES, N_SLOW, N_STARTS = 12, 6, 2
 MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
 FILLINGS = 2
@@ -339,11 +341,11 @@ def covariance_of(solution: Solution, slopes: list[Array], n_outliers: int) -> t
     jacobian = np.vstack([np.column_stack([whiten(slope, noise), _past(left, len(noise))]) for slope, left in pairs])
     degrees = max(len(solution.errors) - n_outliers - jacobian.shape[1], 1)
     variance = solution.cost / degrees
-    size = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    size = np.linalg.norm(jacobian, axis=0)
     size[size == 0.0] = 1.0
-    scaled = jacobian / size
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-14, hermitian=True)
-    return variance * inverse / np.outer(size, size), variance
+    # Initial states and offsets can be alike, so directions without information are left out.
+    inverse = np.linalg.pinv(jacobian / size, rcond=MIN_INFORMATION)
+    return variance * (inverse @ inverse.T) / np.outer(size, size), variance
 
 
 def _past(series: Array, order: int) -> Array:
