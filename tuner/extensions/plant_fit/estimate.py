@@ -5,6 +5,7 @@ from least squares (variable projection, Golub and Pereyra), so that a search ha
 steps of the sampled input, along which the error has kinks: the search starts from the best of a grid.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -140,13 +141,10 @@ class Solution:
 
 
 class Projection:
-    """Linear parameters of a problem, given all others.
+    """Linear parameters of a problem, given all others."""
 
-    fixed: dead times (inputs,) [s] that no search moves, None without any.
-    """
-
-    def __init__(self, problem: Problem, structure: Structure, fixed: Array | None = None) -> None:
-        self.problem, self.structure, self._fixed = problem, structure, fixed
+    def __init__(self, problem: Problem, structure: Structure) -> None:
+        self.problem, self.structure = problem, structure
         # An input's unknown value at rest makes a ramp behind an integrator.
         has_trend = problem.has_trend or structure.integrators > 0
         self._regressors = Regressors(problem.grids, problem.has_start, has_trend)
@@ -167,7 +165,6 @@ class Projection:
         """Return the solution; outliers have the values that the noise model expects."""
         problem = self.problem
         shape = shape.reshape(problem.n_inputs, self.structure.n_shape)
-        dead_times = dead_times if self._fixed is None else self._fixed
         matrices = self.matrices(shape, dead_times)
         outputs = list(problem.outputs)
         has_outliers = any(len(each) for each in problem.outliers)
@@ -244,8 +241,16 @@ class Search:
             np.concatenate([np.tile(high, m), np.full(late * m, max(problem.max_dead_time, 1e-9))]),
         )
 
-    def polish(self, start: Solution, evaluations: int = MAX_EVALUATIONS) -> Solution:
-        """Return the solution at the minimum next to a start, under its noise model."""
+    def polish(
+        self, start: Solution, evaluations: int = MAX_EVALUATIONS, pull: Callable[[Array], float] | None = None
+    ) -> Solution:
+        """Return the solution at the minimum next to a start, under its noise model.
+
+        Args:
+            start: Fit to begin with.
+            evaluations: Most steps.
+            pull: Further error, a function of shapes and dead times.
+        """
         problem, structure = self.projection.problem, self.projection.structure
         m, n = problem.n_inputs, structure.n_shape * problem.n_inputs
         late = m if structure.has_dead_time else 0
@@ -260,7 +265,8 @@ class Search:
 
         def errors(x: Array) -> Array:
             solution = solved(x)
-            return solution.errors if problem.rows is None else solution.errors[self.projection.counted(solution.noise)]
+            counted = slice(None) if problem.rows is None else self.projection.counted(solution.noise)
+            return np.append(solution.errors[counted], [] if pull is None else pull(x * scale))
 
         if len(first) == 0:
             return solved(first)

@@ -1,13 +1,13 @@
 """Numbers of a fitted plant with 95 % intervals."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.stats import norm, t
 
-from tuner.extensions.plant_fit.estimate import Projection, Search, Solution, covariance_of, slopes_of
+from tuner.extensions.plant_fit.estimate import Search, Solution, covariance_of, slopes_of
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.selection import Chosen
 
@@ -15,8 +15,12 @@ Array = np.ndarray
 LEVEL = 0.975
 NORMAL_QUANTILE = float(norm.ppf(LEVEL))
 """Quantile of a normal interval."""
-PROFILE = (0.5, 1.0, 1.5, 2.0, 2.6, 3.5, 5.0, 8.0)
-"""Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
+MIN_PROFILED, MAX_PROFILED = 0.05, 3.0
+"""Half-widths of the logarithm of a number between which its interval is a likelihood profile.
+
+A narrower one is symmetric, and a number with a wider one is not identified.
+"""
+PULL, MAX_TRIALS, TRIAL_EVALUATIONS, NEAR = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
@@ -36,6 +40,26 @@ class Number:
     def is_identified(self) -> bool:
         """Whether the half-width of the interval is below the number."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high) and self.high - self.low < 2.0 * abs(self.value))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Uncertainty of a number.
+
+    Attributes:
+        deviation: Standard deviation.
+        of_plant: Standard deviation if the noise model were known.
+        quantile: Quantile of Student's t for a 95 % interval.
+    """
+
+    deviation: float
+    of_plant: float
+    quantile: float
+
+    @property
+    def half_width(self) -> float:
+        """Half-width of the symmetric interval."""
+        return self.quantile * self.deviation
 
 
 @dataclass(frozen=True)
@@ -76,7 +100,10 @@ class FittedPlant:
     @cached_property
     def parameters(self) -> Array:
         """Shapes, dead times and numerators of all inputs."""
-        solution = self.solution
+        return self.parameters_of(self.solution)
+
+    def parameters_of(self, solution: Solution) -> Array:
+        """Return shapes, dead times and numerators of a fit."""
         late = solution.dead_times if solution.structure.has_dead_time else np.zeros(0)
         return np.concatenate([solution.shape.ravel(), late, solution.numerators.ravel()])
 
@@ -102,12 +129,24 @@ class FittedPlant:
         slopes = self._slopes(function)
         return function(self.parameters), slopes @ self.covariance[: self.n_plant, : self.n_plant] @ slopes.T
 
-    def spread(self, function: Callable[[Array], float]) -> tuple[float, float]:
-        """Return the standard deviation of a function of the parameters, and the quantile of its 95 % interval."""
+    @cached_property
+    def covariance_alone(self) -> Array:
+        """Covariance of the plant's parameters if the noise model were known."""
+        n, p = self.n_plant, len(self.solution.noise)
+        cross, of_noise = (
+            self.covariance[:n, len(self.covariance) - p :],
+            self.covariance[len(self.covariance) - p :][:, -p:],
+        )
+        return self.covariance[:n, :n] - (cross @ np.linalg.pinv(of_noise) @ cross.T if p else 0.0)
+
+    def spread(self, function: Callable[[Array], float]) -> "Spread":
+        """Return the uncertainty of a function of the parameters."""
         slopes = self._slopes(lambda parameters: np.array([function(parameters)]))[0]
-        variance = float(slopes @ self.covariance[: self.n_plant, : self.n_plant] @ slopes)
+        n = self.n_plant
+        both, alone = (float(slopes @ each @ slopes) for each in (self.covariance[:n, :n], self.covariance_alone))
         degrees = self.likelihood.degrees_of(slopes, self.solution.noise)
-        return float(np.sqrt(max(variance, 0.0))), float(t.ppf(LEVEL, degrees))
+        deviation, of_plant = (float(np.sqrt(max(each, 0.0))) for each in (both, alone))
+        return Spread(deviation, of_plant, float(t.ppf(LEVEL, degrees)))
 
     def numbers(self, j: int, units: tuple[str, str] = ("1", "1")) -> list[Number]:
         """Return gain, shape, zeros and dead time of an input; units: of input and output."""
@@ -123,17 +162,23 @@ class FittedPlant:
 
             numbers.append(self._number("Tz" if k == 1 else f"Tz{k}", {1: "s", 2: "s2"}[k], zero))
         if structure.has_dead_time:
-            ends = profile_ends(self, j, *self.spread(lambda parameters: self.parts(parameters)[1][j]))
-            numbers.append(Number("L", float(self.solution.dead_times[j]), *ends, "s"))
+
+            def dead_time(parameters: Array) -> float:
+                return float(self.parts(parameters)[1][j])
+
+            numbers.append(Number("L", dead_time(self.parameters), *profile_ends(self, dead_time), "s"))
         return numbers
 
     def _number(self, name: str, unit: str, function: Callable[[Array], float]) -> Number:
-        value, half = float(function(self.parameters)), float(np.prod(self.spread(function)))
+        value, half = float(function(self.parameters)), self.spread(function).half_width
         return Number(name, value, value - half, value + half, unit)
 
     def _positive(self, name: str, unit: str, logarithm: Callable[[Array], float]) -> Number:
-        value, factor = np.exp(logarithm(self.parameters)), np.exp(min(np.prod(self.spread(logarithm)), 50.0))
-        return Number(name, float(value), float(value / factor), float(value * factor), unit)
+        value, half = logarithm(self.parameters), self.spread(logarithm).half_width
+        is_curved = MIN_PROFILED < half < MAX_PROFILED
+        low, high = profile_ends(self, logarithm) if is_curved else (value - half, value + half)
+        low, value, high = (float(np.exp(min(each, 50.0))) for each in (low, value, high))
+        return Number(name, value, low, high, unit)
 
     def _shape_numbers(self, j: int) -> Iterator[tuple[str, str, Callable[[Array], float]]]:
         """Yield name, unit and logarithm of each positive number; pairs of real poles have time constants."""
@@ -148,7 +193,7 @@ class FittedPlant:
             def logarithm(parameters: Array, first: int = first, sign: float = sign) -> float:
                 log_w, log_damping = self.parts(parameters)[0][j, first : first + 2]
                 # Times and damping: T = exp(+-acosh(zeta)) / w.
-                return float(sign * np.arccosh(np.exp(log_damping)) - log_w)
+                return float(sign * np.arccosh(np.exp(max(log_damping, 0.0))) - log_w)
 
             yield f"T{tail}{'a' if k == first else 'b'}", "s", logarithm
 
@@ -175,43 +220,39 @@ class FittedPlant:
         return value.reshape(2, k)[0], value.reshape(2, k)[1], spread.reshape(2, k)
 
 
-def profile_ends(plant: FittedPlant, j: int, deviation: float, quantile: float) -> tuple[float, float]:
-    """Return the ends of the 95 % interval of a dead time [s].
+def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[float, float]:
+    """Return the ends of the 95 % interval of a number by its likelihood profile; NaN for one that is not found.
 
-    Args:
-        plant: Plant of an output.
-        j: Index of the input.
-        deviation: Standard deviation by the slopes.
-        quantile: Quantile of Student's t.
+    The other parameters are fitted again under a pull of the number to each trial value: that leads to points of the profile.
     """
-    problem, solution = plant.chosen.problem, plant.solution
-    middle, top = float(solution.dead_times[j]), problem.max_dead_time
-    step = max(min(deviation, top / 4.0), 1e-3 * problem.period)
+    solution, spread = plant.solution, plant.spread(number)
+    middle, shift = number(plant.parameters), max(spread.half_width, 1e-3 * plant.chosen.problem.period)
+    # The noise model stays, so losses count by the deviation that they would have if it were known.
+    wanted = spread.quantile * spread.deviation / max(spread.of_plant, 1e-300)
+    weight = PULL * float(np.sqrt(plant.variance)) / max(spread.of_plant, 1e-300)
     ends = []
     for sign in (-1.0, 1.0):
-        start, before, end = solution, (middle, 0.0), float("nan")
-        for distance in PROFILE:
-            at = float(np.clip(middle + sign * distance * step, 0.0, top))
-            start = _at_dead_time(plant, start, j, at)
-            # The loss is about a parabola, so its root is nearly straight.
+        start, before, end, target = solution, (middle, 0.0), float("nan"), middle + sign * shift
+        for _ in range(MAX_TRIALS):
+
+            def pull(parameters: Array, target: float = target) -> float:
+                return weight * (number(parameters) - target)
+
+            start = Search(plant.chosen.projection).polish(start, evaluations=TRIAL_EVALUATIONS, pull=pull)
+            at = number(plant.parameters_of(start))
             lost = float(np.sqrt(max(len(solution.errors) * np.log(start.cost / solution.cost), 0.0)))
-            if lost >= quantile:
-                end = before[0] + (at - before[0]) * (quantile - before[1]) / (lost - before[1])
-                break
-            if at in (0.0, top):
+            if lost >= wanted:
+                # The loss is about a parabola, so its root is nearly straight.
+                end = before[0] + (at - before[0]) * (wanted - before[1]) / (lost - before[1])
+                if lost <= NEAR * wanted:
+                    break
+                start, target = solution, end + sign * 0.1 * abs(end - middle)
+                continue
+            if abs(target - at) > 0.5 * abs(target - before[0]):
+                # It does not follow: it is at the end of its range.
                 end = at
                 break
             before = (at, lost)
-        ends.append(end)
+            target = middle + (at - middle) * float(np.clip(1.2 * wanted / max(lost, 1e-9), 1.3, 3.0))
+        ends.append(float(end))
     return ends[0], ends[1]
-
-
-def _at_dead_time(plant: FittedPlant, start: Solution, j: int, dead_time: float) -> Solution:
-    """Return the best fit with a dead time; those of other inputs are as fitted."""
-    dead_times = start.dead_times.copy()
-    dead_times[j] = dead_time
-    fixed = replace(start.structure, has_dead_time=False)
-    projection = Projection(plant.chosen.problem, fixed, dead_times)
-    first = projection.solve(start.shape, dead_times, start.noise)
-    best = Search(projection).polish(first, evaluations=8)
-    return replace(best, structure=start.structure, dead_times=dead_times)
