@@ -20,6 +20,8 @@ MIN_PROFILED, MAX_PROFILED = 0.05, 3.0
 
 A narrower one is symmetric, and a number with a wider one is not identified.
 """
+MIN_DEVIATION = 1e-7
+"""Relative standard deviation below which a record counts as free of noise."""
 PULL, MAX_TRIALS, TRIAL_EVALUATIONS, NEAR = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
 MIN_SPLIT_DAMPING = float(np.log(1.5))
@@ -162,12 +164,14 @@ class FittedPlant:
 
             numbers.append(self._number("Tz" if k == 1 else f"Tz{k}", {1: "s", 2: "s2"}[k], zero))
         if structure.has_dead_time:
-
-            def dead_time(parameters: Array) -> float:
-                return float(self.parts(parameters)[1][j])
-
-            numbers.append(Number("L", dead_time(self.parameters), *profile_ends(self, dead_time), "s"))
+            numbers.append(Number("L", float(self.solution.dead_times[j]), *self.dead_time_ends[j], "s"))
         return numbers
+
+    @cached_property
+    def dead_time_ends(self) -> list[tuple[float, float]]:
+        """Ends of the 95 % interval of each input's dead time [s]."""
+        inputs = range(len(self.solution.shape))
+        return [profile_ends(self, lambda parameters, j=j: float(self.parts(parameters)[1][j])) for j in inputs]
 
     def _number(self, name: str, unit: str, function: Callable[[Array], float]) -> Number:
         value, half = float(function(self.parameters)), self.spread(function).half_width
@@ -226,10 +230,12 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
     The other parameters are fitted again under a pull of the number to each trial value: that leads to points of the profile.
     """
     solution, spread = plant.solution, plant.spread(number)
-    middle, shift = number(plant.parameters), max(spread.half_width, 1e-3 * plant.chosen.problem.period)
+    middle, shift = number(plant.parameters), spread.half_width
+    if spread.of_plant <= MIN_DEVIATION * max(abs(middle), plant.chosen.problem.period):
+        return middle - shift, middle + shift
     # The noise model stays, so losses count by the deviation that they would have if it were known.
-    wanted = spread.quantile * spread.deviation / max(spread.of_plant, 1e-300)
-    weight = PULL * float(np.sqrt(plant.variance)) / max(spread.of_plant, 1e-300)
+    wanted = spread.quantile * spread.deviation / spread.of_plant
+    weight = PULL * float(np.sqrt(plant.variance)) / spread.of_plant
     ends = []
     for sign in (-1.0, 1.0):
         start, before, end, target = solution, (middle, 0.0), float("nan"), middle + sign * shift

@@ -16,6 +16,8 @@ from scipy.optimize import minimize
 Array = np.ndarray
 RIDGE = 1e-8
 """Least distance of columns from each other, which may be alike, over their norm."""
+UNLIKELY = 1e9
+"""Criterion of a model that is not stationary: finite, for differences of it are taken."""
 MAX_STEPS, MIN_SLOPE = 20, 1e-2
 RELATIVE_STEP = 0.1
 """Step of differences, in standard errors of the noise model."""
@@ -65,7 +67,7 @@ class RestrictedLikelihood:
         """Return minus twice the logarithm of the likelihood of coefficients (p,), without constants."""
         beginning = beginning_of(noise)
         if beginning is None:
-            return float("inf")
+            return UNLIKELY
         logarithms = np.log(np.abs(np.diag(self._triangle(noise, beginning))))
         spread = -2.0 * len(self.first) * float(np.sum(np.log(np.diag(beginning))))
         return float(2.0 * self.degrees * logarithms[-1] + 2.0 * np.sum(logarithms[:-1])) + spread
