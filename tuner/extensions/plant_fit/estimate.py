@@ -363,7 +363,7 @@ def slopes_of(projection: Projection, solution: Solution) -> list[Array]:
     """Return the slopes of each experiment's output (samples, k) to shapes, dead times and linear parameters."""
     m, n = solution.shape.shape
     late = m if solution.structure.has_dead_time else 0
-    here = np.concatenate([solution.shape.ravel(), solution.dead_times])
+    middle = np.concatenate([solution.shape.ravel(), solution.dead_times])
     steps = np.concatenate(
         [np.full(m * n, DIFFERENCE), np.full(late, DEAD_TIME_DIFFERENCE * projection.problem.period)]
     )
@@ -375,7 +375,7 @@ def slopes_of(projection: Projection, solution: Solution) -> list[Array]:
     linear = projection.matrices(solution.shape, solution.dead_times)
     slopes: list[list[Array]] = [[] for _ in linear]
     for i, step in enumerate(steps):
-        ahead, behind = here.copy(), here.copy()
+        ahead, behind = middle.copy(), middle.copy()
         ahead[i] += step
         # No dead time is below 0.
         behind[i] = behind[i] - step if i < m * n else max(behind[i] - step, 0.0)

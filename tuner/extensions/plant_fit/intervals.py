@@ -15,14 +15,14 @@ Array = np.ndarray
 LEVEL = 0.975
 NORMAL_QUANTILE = float(norm.ppf(LEVEL))
 """Quantile of a normal interval."""
-MIN_PROFILED, MAX_PROFILED = 0.05, 3.0
+MIN_PROFILE_WIDTH, MAX_PROFILE_WIDTH = 0.05, 3.0
 """Half-widths of the logarithm of a number between which its interval is a likelihood profile.
 
 A narrower one is symmetric, and a number with a wider one is not identified.
 """
 MIN_DEVIATION = 1e-7
 """Relative standard deviation below which a record counts as free of noise."""
-PULL, MAX_TRIALS, TRIAL_EVALUATIONS, NEAR = 3.0, 6, 8, 1.3
+PULL_WEIGHT, MAX_TRIALS, TRIAL_EVALUATIONS, MAX_OVERSHOOT = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
@@ -179,7 +179,7 @@ class FittedPlant:
 
     def _positive(self, name: str, unit: str, logarithm: Callable[[Array], float]) -> Number:
         value, half = logarithm(self.parameters), self.spread(logarithm).half_width
-        is_curved = MIN_PROFILED < half < MAX_PROFILED
+        is_curved = MIN_PROFILE_WIDTH < half < MAX_PROFILE_WIDTH
         low, high = profile_ends(self, logarithm) if is_curved else (value - half, value + half)
         low, value, high = (float(np.exp(min(each, 50.0))) for each in (low, value, high))
         return Number(name, value, low, high, unit)
@@ -235,7 +235,7 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
         return middle - shift, middle + shift
     # The noise model stays, so losses count by the deviation that they would have if it were known.
     wanted = spread.quantile * spread.deviation / spread.of_plant
-    weight = PULL * float(np.sqrt(plant.variance)) / spread.of_plant
+    weight = PULL_WEIGHT * float(np.sqrt(plant.variance)) / spread.of_plant
     ends = []
     for sign in (-1.0, 1.0):
         start, before, end, target = solution, (middle, 0.0), float("nan"), middle + sign * shift
@@ -250,7 +250,7 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
             if lost >= wanted:
                 # The loss is about a parabola, so its root is nearly straight.
                 end = before[0] + (at - before[0]) * (wanted - before[1]) / (lost - before[1])
-                if lost <= NEAR * wanted:
+                if lost <= MAX_OVERSHOOT * wanted:
                     break
                 start, target = solution, end + sign * 0.1 * abs(end - middle)
                 continue

@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 Array = np.ndarray
 RIDGE = 1e-8
 """Least distance of columns from each other, which may be alike, over their norm."""
-UNLIKELY = 1e9
+REJECTION_CRITERION = 1e9
 """Criterion of a model that is not stationary: finite, for differences of it are taken."""
 MAX_STEPS, MIN_SLOPE = 20, 1e-2
 RELATIVE_STEP = 0.1
@@ -67,7 +67,7 @@ class RestrictedLikelihood:
         """Return minus twice the logarithm of the likelihood of coefficients (p,), without constants."""
         beginning = beginning_of(noise)
         if beginning is None:
-            return UNLIKELY
+            return REJECTION_CRITERION
         logarithms = np.log(np.abs(np.diag(self._triangle(noise, beginning))))
         spread = -2.0 * len(self.first) * float(np.sum(np.log(np.diag(beginning))))
         return float(2.0 * self.degrees * logarithms[-1] + 2.0 * np.sum(logarithms[:-1])) + spread
@@ -85,11 +85,11 @@ class RestrictedLikelihood:
         """Return the coefficients that maximise the likelihood, from those of least squares."""
         if len(start) == 0 or beginning_of(start) is None:
             return start
-        found = minimize(
+        minimum = minimize(
             lambda steps: self.criterion(start + self._unit @ steps), np.zeros(len(start)), method="BFGS",
             options={"maxiter": MAX_STEPS, "gtol": MIN_SLOPE},
         )  # fmt: skip
-        return start + self._unit @ found.x
+        return start + self._unit @ minimum.x
 
     def degrees_of(self, direction: Array, noise: Array) -> float:
         """Return the degrees of freedom of an estimate's variance under the best coefficients.

@@ -120,9 +120,9 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
     coarse = problem.thinned(ceil(max(len(each) for each in problem.outputs) / REDUCED))
     fits: dict[str, Solution] = {}
     for structure in structures:
-        found = _searched(coarse, structure, _earlier(structure, fits))
+        coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
         projection = Projection(problem, structure)
-        start = projection.solve(found.shape, found.dead_times, found.noise)
+        start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
         fits[structure.name] = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
     return fits
 
