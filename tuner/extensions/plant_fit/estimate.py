@@ -20,8 +20,10 @@ from tuner.extensions.plant_fit.structures import Structure
 Array = np.ndarray
 RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
-DIFFERENCE, DEAD_TIME_DIFFERENCE = 1e-4, 0.05
-"""Step of differences in shape parameters, which are logarithms, and in a dead time, in samples."""
+DIFFERENCE = 1e-4
+"""Step of differences in shape parameters, which are logarithms."""
+DEAD_TIME_DIFFERENCE = 0.05
+"""Step of differences in a dead time, in samples."""
 MIN_INFORMATION = 1e-8
 """Least singular value of the normalized slopes, over the largest, of a direction that the data show."""
 N_DEAD_TIMES, N_SLOW, N_STARTS = 12, 6, 2
@@ -244,7 +246,9 @@ class Search:
     def polish(
         self, start: Solution, evaluations: int = MAX_EVALUATIONS, pull: Callable[[Array], float] | None = None
     ) -> Solution:
-        """Return the solution at the minimum next to a start, under its noise model.
+        """Return the solution at the minimum next to a start.
+
+        The noise model stays.
 
         Args:
             start: Fit to begin with.
@@ -332,10 +336,10 @@ def starts_of(structure: Structure, problem: Problem, earlier: Solution | None) 
 
 
 def covariance_of(solution: Solution, slopes: list[Array], n_outliers: int) -> tuple[Array, float]:
-    """Return the covariance of plant, offsets and noise model, and the prediction error variance.
+    """Return the covariance of all parameters, and the prediction error variance.
 
-    The prediction errors are white, so it is their variance over the information matrix of all parameters together: in a closed
-    loop those of plant and noise are correlated.
+    The order is plant, offsets, noise model. The prediction errors are white, so it is their variance over the information matrix
+    of all parameters together: in a closed loop those of plant and noise are correlated.
 
     Args:
         solution: Fit to all of the record.
@@ -360,7 +364,10 @@ def _past(series: Array, order: int) -> Array:
 
 
 def slopes_of(projection: Projection, solution: Solution) -> list[Array]:
-    """Return the slopes of each experiment's output (samples, k) to shapes, dead times and linear parameters."""
+    """Return the slopes of each experiment's output (samples, k).
+
+    The order is shapes, dead times, linear parameters.
+    """
     m, n = solution.shape.shape
     late = m if solution.structure.has_dead_time else 0
     middle = np.concatenate([solution.shape.ravel(), solution.dead_times])

@@ -15,7 +15,8 @@ Array = np.ndarray
 LEVEL = 0.975
 NORMAL_QUANTILE = float(norm.ppf(LEVEL))
 """Quantile of a normal interval."""
-MIN_PROFILE_WIDTH, MAX_PROFILE_WIDTH = 0.05, 3.0
+MIN_PROFILE_WIDTH = 0.05
+MAX_PROFILE_WIDTH = 3.0
 """Half-widths of the logarithm of a number between which its interval is a likelihood profile.
 
 A narrower one is symmetric, and a number with a wider one is not identified.
@@ -225,9 +226,10 @@ class FittedPlant:
 
 
 def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[float, float]:
-    """Return the ends of the 95 % interval of a number by its likelihood profile; NaN for one that is not found.
+    """Return the ends of the likelihood profile of a number.
 
-    The other parameters are fitted again under a pull of the number to each trial value: that leads to points of the profile.
+    NaN is an end that no trial reaches. The other parameters are fitted again under a pull of the number to each trial value:
+    that leads to points of the profile.
     """
     solution, spread = plant.solution, plant.spread(number)
     middle, shift = number(plant.parameters), spread.half_width

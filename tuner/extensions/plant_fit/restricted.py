@@ -1,4 +1,4 @@
-"""The noise model by restricted likelihood, and the degrees of freedom of intervals under it.
+"""The restricted likelihood of a noise model.
 
 A fitted plant and an estimated offset take slow noise over, so a model of the rest has too little power at low frequencies, and
 95 % intervals contain the truth 90 times in 100. The restricted likelihood adds the determinant of the plant's information to
@@ -17,7 +17,7 @@ Array = np.ndarray
 RIDGE = 1e-8
 """Least distance of columns from each other, which may be alike, over their norm."""
 REJECTION_CRITERION = 1e9
-"""Criterion of a model that is not stationary: finite, for differences of it are taken."""
+"""Criterion of a model that is not stationary: finite, because the search takes its differences."""
 MAX_STEPS, MIN_SLOPE = 20, 1e-2
 RELATIVE_STEP = 0.1
 """Step of differences, in standard errors of the noise model."""
@@ -64,7 +64,7 @@ class RestrictedLikelihood:
         return np.asarray(np.linalg.qr(np.vstack([*rows, whitened, RIDGE * np.eye(len(self.size))]), mode="r"))
 
     def criterion(self, noise: Array) -> float:
-        """Return minus twice the logarithm of the likelihood of coefficients (p,), without constants."""
+        """Return minus twice the logarithm of the likelihood of coefficients (p,)."""
         beginning = beginning_of(noise)
         if beginning is None:
             return REJECTION_CRITERION
@@ -92,7 +92,7 @@ class RestrictedLikelihood:
         return start + self._unit @ minimum.x
 
     def degrees_of(self, direction: Array, noise: Array) -> float:
-        """Return the degrees of freedom of an estimate's variance under the best coefficients.
+        """Return the degrees of freedom of an estimate's variance.
 
         Args:
             direction: Slopes of the estimate to the plant's first parameters.

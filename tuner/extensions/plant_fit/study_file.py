@@ -80,7 +80,7 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
 
 
 def _delay_margin(plants: Sequence[FittedPlant], period: float) -> list[PlainTable]:
-    """Return the limit by which loops tolerate the upper end of each dead time.
+    """Return the limit that makes loops tolerate the longest dead time.
 
     A dead time is a line of whole control periods that is the same in all flights, so no spread can move it.
     """
