@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tuner.extensions.plant_fit.estimate import Projection, jacobian_of
+from tuner.extensions.plant_fit.estimate import Projection, slopes_of
 from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant, Number
+from tuner.extensions.plant_fit.noise import whiten
 from tuner.extensions.plant_fit.response import Grid
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.text.numbers import significant
@@ -120,18 +121,13 @@ def _reached(plant: FittedPlant, inputs: Array, n: int) -> float:
     shared = solution.numerators.size
     linear = np.zeros(len(first.linear))
     linear[:shared] = solution.linear[:shared]
-    jacobian = jacobian_of(projection, replace(first, linear=linear, residuals=(np.zeros(n),)))
-    used = jacobian[:, : len(jacobian.T) - len(solution.noise)]
+    used = whiten(slopes_of(projection, replace(first, linear=linear))[0], solution.noise)
     size = np.linalg.norm(used, axis=0)
     size[size == 0.0] = 1.0
-    scaled = used / size
-    covariance = plant.variance * np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(size, size)
-    deviation = NORMAL_QUANTILE * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    m, k = solution.shape.shape
-    late = m if solution.structure.has_dead_time else 0
-    widths = list(deviation[: m * k])
-    widths += list(deviation[m * k : m * k + late] / _response_time(plant))
-    widths += list(
-        deviation[m * k + late : m * k + late + shared] / np.maximum(np.abs(solution.numerators.ravel()), 1e-300)
-    )
-    return float(max(widths))
+    inverse = np.linalg.pinv(used / size)
+    deviation = NORMAL_QUANTILE * np.sqrt(plant.variance * np.sum(inverse**2, axis=1)) / size
+    # Shapes are logarithms; a dead time counts against the response time.
+    scale = np.ones(plant.n_plant)
+    scale[solution.shape.size : -shared] = _response_time(plant)
+    scale[-shared:] = np.maximum(np.abs(solution.numerators.ravel()), 1e-300)
+    return float(np.max(deviation[: plant.n_plant] / scale))

@@ -61,7 +61,7 @@ def fit(
         drift: Whether a straight drift of the outputs is estimated.
         units: Unit by the name of a column.
         out: Study (TOML) to write, with plant, spread and noise; it must not be there yet.
-        law: Law of the study's loops: pi, pid or ladrc.
+        law: Law of the study's loops: pi, pid, adrc or ladrc.
         report: Page (HTML) to write; it must not be there yet.
 
     Returns:

@@ -111,7 +111,7 @@ def _number(input: str, number: Number) -> PlantNumber:
         value=float(number.value),
         low=low,
         high=high,
-        unit=number.unit.replace("1/1/", "1/"),
+        unit="1" if number.unit == "1/1" else number.unit.replace("1/1/", "1/"),
         identified=number.is_identified,
     )
 

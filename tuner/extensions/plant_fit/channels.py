@@ -9,8 +9,10 @@ from plant.texts import PlainTable
 from tuner.extensions.plant_fit.intervals import FittedPlant
 
 Gains = dict[str, float]
-LAWS: Mapping[str, str] = {"pi": "pid", "pid": "pid", "ladrc": "ladrc"}
-"""Law on the command line -> law of a channel."""
+LAWS: Mapping[str, tuple[str, str]] = {
+    "pi": ("pid", "pid"), "pid": ("pid", "pid"), "adrc": ("adrc1", "ladrc"), "ladrc": ("ladrc", "ladrc"),
+}  # fmt: skip
+"""Law on the command line -> law of the channel of a plant with one pole, and of one with more."""
 RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
 MAX_BANDWIDTH = 0.28
@@ -69,14 +71,16 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
     channels: list[PlainTable] = []
     gains: PlainTable = {}
     for loop in loops:
-        is_pid = LAWS[law] == "pid"
-        b0 = float(np.sign(loop.gain)) if is_pid else round_to(_high_frequency_gain(loop))
-        table: PlainTable = {"name": loop.output, "law": LAWS[law], "output": loop.output, "to": loop.input}
+        name_of_law = LAWS[law][loop.plant.solution.structure.order > 1]
+        is_pid = name_of_law == "pid"
+        b0 = float(np.sign(loop.gain)) if is_pid else round_to(_high_frequency_gain(loop, name_of_law == "adrc1"))
+        table: PlainTable = {"name": loop.output, "law": name_of_law, "output": loop.output, "to": loop.input}
         if b0 != 1.0:
             table["b0"] = b0
         table["lost_beyond"] = round_to(LIMIT_STEPS * loop.step, 2)
         channels.append(table)
         searched, fixed = _pid(loop, law == "pi", period) if is_pid else _observer(loop, period)
+        fixed = fixed if name_of_law != "adrc1" else {}
         for name, value in searched.items():
             low, high = (round_to(value * end) for end in RANGE)
             if name == "omega_o":
@@ -111,12 +115,16 @@ def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:
     return searched | {"kd": kp * derivative}, {"t_f": filtered}
 
 
-def _high_frequency_gain(loop: Loop) -> float:
-    """Return the gain from command to second derivative.
+def _high_frequency_gain(loop: Loop, is_first: bool) -> float:
+    """Return the gain from command to first or second derivative.
 
-    A dead time counts as a lag.
+    Args:
+        loop: Channel.
+        is_first: Whether it is that of the first; for the second a dead time counts as a lag.
     """
     first, second, late = loop.times
+    if is_first:
+        return loop.gain / (first or 1.0)
     if loop.plant.solution.structure.integrators:
         return loop.gain / max(first + late, 1e-12)
     return loop.gain / max(second + first * late, 1e-12)

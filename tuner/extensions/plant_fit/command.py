@@ -37,7 +37,7 @@ def fit(
         list[str] | None, typer.Option(help="Unit of a column, such as temperature=K; repeat it for others.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Study to write (TOML), with plant, spread and noise.")] = None,
-    law: Annotated[str, typer.Option(help="Law of the study's loops: pi, pid or ladrc.")] = "pid",
+    law: Annotated[str, typer.Option(help="Law of the study's loops: pi, pid, adrc or ladrc.")] = "pid",
     report: Annotated[Path | None, typer.Option(help="Write an HTML page: data, fit, residuals, step, Bode.")] = None,
     as_json: AsJson = False,
 ) -> None:

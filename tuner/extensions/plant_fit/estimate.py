@@ -5,6 +5,7 @@ from least squares (variable projection, Golub and Pereyra), so that a search ha
 steps of the sampled input, along which the error has kinks: the search starts from the best of a grid.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -21,6 +22,10 @@ RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
 DIFFERENCE = 1e-4
 """Step of differences in shape parameters, which are logarithms."""
+DEAD_TIME_DIFFERENCE = 0.05
+"""Step of differences in a dead time, in samples."""
+MIN_INFORMATION = 1e-8
+"""Least singular value of the normalized slopes, over the largest, of a direction that the data show."""
 N_DEAD_TIMES, N_SLOW, N_STARTS = 12, 6, 2
 MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
 FILLINGS = 2
@@ -138,13 +143,10 @@ class Solution:
 
 
 class Projection:
-    """Linear parameters of a problem, given all others.
+    """Linear parameters of a problem, given all others."""
 
-    fixed: dead times (inputs,) [s] that no search moves, None without any.
-    """
-
-    def __init__(self, problem: Problem, structure: Structure, fixed: Array | None = None) -> None:
-        self.problem, self.structure, self._fixed = problem, structure, fixed
+    def __init__(self, problem: Problem, structure: Structure) -> None:
+        self.problem, self.structure = problem, structure
         # An input's unknown value at rest makes a ramp behind an integrator.
         has_trend = problem.has_trend or structure.integrators > 0
         self._regressors = Regressors(problem.grids, problem.has_start, has_trend)
@@ -165,7 +167,6 @@ class Projection:
         """Return the solution; outliers have the values that the noise model expects."""
         problem = self.problem
         shape = shape.reshape(problem.n_inputs, self.structure.n_shape)
-        dead_times = dead_times if self._fixed is None else self._fixed
         matrices = self.matrices(shape, dead_times)
         outputs = list(problem.outputs)
         has_outliers = any(len(each) for each in problem.outliers)
@@ -242,30 +243,38 @@ class Search:
             np.concatenate([np.tile(high, m), np.full(late * m, max(problem.max_dead_time, 1e-9))]),
         )
 
-    def polish(self, start: Solution, with_noise: bool = False, evaluations: int = MAX_EVALUATIONS) -> Solution:
-        """Return the solution at the minimum next to a start; with_noise: in the noise model too."""
+    def polish(
+        self, start: Solution, evaluations: int = MAX_EVALUATIONS, pull: Callable[[Array], float] | None = None
+    ) -> Solution:
+        """Return the solution at the minimum next to a start.
+
+        The noise model stays.
+
+        Args:
+            start: Fit to begin with.
+            evaluations: Most steps.
+            pull: Further error, a function of shapes and dead times.
+        """
         problem, structure = self.projection.problem, self.projection.structure
         m, n = problem.n_inputs, structure.n_shape * problem.n_inputs
         late = m if structure.has_dead_time else 0
-        low, high = self._ends
-        p = len(start.noise) if with_noise else 0
-        scale = np.concatenate([np.ones(n), np.full(late, problem.period), np.full(p, 0.1)])
         # Dead times are counted in cells, so that all parameters are of one size.
-        first = np.concatenate([start.shape.ravel(), start.dead_times[:late], start.noise[:p]]) / scale
-        low = np.concatenate([low, np.full(p, -np.inf)]) / scale
-        high = np.concatenate([high, np.full(p, np.inf)]) / scale
+        scale = np.concatenate([np.ones(n), np.full(late, problem.period)])
+        first = np.concatenate([start.shape.ravel(), start.dead_times[:late]]) / scale
+        low, high = (ends / scale for ends in self._ends)
 
-        def parts(x: Array) -> tuple[Array, Array, Array]:
+        def solved(x: Array) -> Solution:
             x = x * scale
-            return x[:n], x[n : n + late] if late else np.zeros(m), x[n + late :] if p else start.noise
+            return self.projection.solve(x[:n], x[n:] if late else np.zeros(m), start.noise)
 
         def errors(x: Array) -> Array:
-            solution = self.projection.solve(*parts(x))
-            return solution.errors if problem.rows is None else solution.errors[self.projection.counted(solution.noise)]
+            solution = solved(x)
+            counted = slice(None) if problem.rows is None else self.projection.counted(solution.noise)
+            return np.append(solution.errors[counted], [] if pull is None else pull(x * scale))
 
         if len(first) == 0:
-            return self.projection.solve(*parts(first))
-        margin = 1e-6 * np.minimum(1.0, np.where(np.isfinite(high - low), high - low, 1.0))
+            return solved(first)
+        margin = 1e-6 * np.minimum(1.0, high - low)
         minimum = least_squares(
             errors,
             np.clip(first, low + margin, high - margin),
@@ -275,7 +284,7 @@ class Search:
             xtol=1e-6,
             ftol=1e-9,
         )
-        return self.projection.solve(*parts(minimum.x))
+        return solved(minimum.x)
 
     def from_grid(self, noise: Array, shapes: list[Array], dead_times: Array) -> Solution:
         """Return the best solution from starting shapes (n_shape,) and dead times [s]."""
@@ -326,48 +335,57 @@ def starts_of(structure: Structure, problem: Problem, earlier: Solution | None) 
     return [np.concatenate([shape[-2:], [-each, damping]]) for each in slow for damping in dampings[:2]]
 
 
-def covariance_of(projection: Projection, solution: Solution) -> tuple[Array, float]:
-    """Return the covariance of all parameters and the prediction error variance.
+def covariance_of(solution: Solution, slopes: list[Array], n_outliers: int) -> tuple[Array, float]:
+    """Return the covariance of all parameters, and the prediction error variance.
 
-    The order is that of the names. The prediction errors are white, so it is their variance over the information matrix of all
-    parameters together: in a closed loop those of plant and noise are correlated.
+    The order is plant, offsets, noise model. The prediction errors are white, so it is their variance over the information matrix
+    of all parameters together: in a closed loop those of plant and noise are correlated.
+
+    Args:
+        solution: Fit to all of the record.
+        slopes: Slopes of the fit.
+        n_outliers: Number of samples that are left out.
     """
-    jacobian = jacobian_of(projection, solution)
-    n_outliers = sum(len(each) for each in projection.problem.outliers)
+    noise = solution.noise
+    pairs = zip(slopes, solution.residuals, strict=True)
+    jacobian = np.vstack([np.column_stack([whiten(slope, noise), _past(left, len(noise))]) for slope, left in pairs])
     degrees = max(len(solution.errors) - n_outliers - jacobian.shape[1], 1)
     variance = solution.cost / degrees
-    size = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    size = np.linalg.norm(jacobian, axis=0)
     size[size == 0.0] = 1.0
-    scaled = jacobian / size
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-14, hermitian=True)
-    return variance * inverse / np.outer(size, size), variance
+    # Initial states and offsets can be alike, so directions without information are left out.
+    inverse = np.linalg.pinv(jacobian / size, rcond=MIN_INFORMATION)
+    return variance * (inverse @ inverse.T) / np.outer(size, size), variance
 
 
-def jacobian_of(projection: Projection, solution: Solution) -> Array:
-    """Return the slopes of minus the prediction errors to all parameters."""
-    structure, noise = solution.structure, solution.noise
+def _past(series: Array, order: int) -> Array:
+    n = len(series)
+    return np.column_stack([np.zeros((n - order, 0)), *(-series[order - k : n - k] for k in range(1, order + 1))])
+
+
+def slopes_of(projection: Projection, solution: Solution) -> list[Array]:
+    """Return the slopes of each experiment's output (samples, k).
+
+    The order is shapes, dead times, linear parameters.
+    """
     m, n = solution.shape.shape
-    period = projection.problem.period
+    late = m if solution.structure.has_dead_time else 0
+    middle = np.concatenate([solution.shape.ravel(), solution.dead_times])
+    steps = np.concatenate(
+        [np.full(m * n, DIFFERENCE), np.full(late, DEAD_TIME_DIFFERENCE * projection.problem.period)]
+    )
 
-    def output(shape: Array, dead_times: Array) -> Array:
-        columns = projection.matrices(shape, dead_times)
-        return np.concatenate([whiten(each @ solution.linear, noise) for each in columns])
+    def outputs(parameters: Array) -> list[Array]:
+        columns = projection.matrices(parameters[: m * n].reshape(m, n), parameters[m * n :])
+        return [each @ solution.linear for each in columns]
 
-    columns = []
-    for i in range(m * n):
-        step = np.zeros(m * n)
-        step[i] = DIFFERENCE
-        step = step.reshape(m, n)
-        ends = [output(solution.shape + sign * step, solution.dead_times) for sign in (1.0, -1.0)]
-        columns.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE))
-    for j in range(m if structure.has_dead_time else 0):
-        step = np.zeros(m)
-        step[j] = 0.05 * period
-        low, high = np.maximum(solution.dead_times - step, 0.0), solution.dead_times + step
-        columns.append((output(solution.shape, high) - output(solution.shape, low)) / (high[j] - low[j]))
-    linear = np.vstack([whiten(each, noise) for each in projection.matrices(solution.shape, solution.dead_times)])
-    past = [
-        np.concatenate([-each[len(noise) - k : len(each) - k] for each in solution.residuals])
-        for k in range(1, len(noise) + 1)
-    ]
-    return np.column_stack([*columns, linear, *past])
+    linear = projection.matrices(solution.shape, solution.dead_times)
+    slopes: list[list[Array]] = [[] for _ in linear]
+    for i, step in enumerate(steps):
+        ahead, behind = middle.copy(), middle.copy()
+        ahead[i] += step
+        # No dead time is below 0.
+        behind[i] = behind[i] - step if i < m * n else max(behind[i] - step, 0.0)
+        for columns, high, low in zip(slopes, outputs(ahead), outputs(behind), strict=True):
+            columns.append((high - low) / (ahead[i] - behind[i]))
+    return [np.column_stack([*columns, each]) for columns, each in zip(slopes, linear, strict=True)]

@@ -1,22 +1,29 @@
 """Numbers of a fitted plant with 95 % intervals."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.stats import norm, t
 
-from tuner.extensions.plant_fit.estimate import Projection, Search, Solution, covariance_of
-from tuner.extensions.plant_fit.response import SampledFilter
+from tuner.extensions.plant_fit.estimate import Search, Solution, covariance_of, slopes_of
+from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.selection import Chosen
 
 Array = np.ndarray
 LEVEL = 0.975
 NORMAL_QUANTILE = float(norm.ppf(LEVEL))
 """Quantile of a normal interval."""
-PROFILE = (0.3, 0.6, 1.0, 1.5, 2.0, 2.6, 3.5)
-"""Distances from the estimate, in standard errors, at which the dead time is profiled on either side."""
+MIN_PROFILE_WIDTH = 0.05
+MAX_PROFILE_WIDTH = 3.0
+"""Half-widths of the logarithm of a number between which its interval is a likelihood profile.
+
+A narrower one is symmetric, and a number with a wider one is not identified.
+"""
+MIN_DEVIATION = 1e-7
+"""Relative standard deviation below which a record counts as free of noise."""
+PULL_WEIGHT, MAX_TRIALS, TRIAL_EVALUATIONS, MAX_OVERSHOOT = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
@@ -39,6 +46,26 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Spread:
+    """Uncertainty of a number.
+
+    Attributes:
+        deviation: Standard deviation.
+        of_plant: Standard deviation if the noise model were known.
+        quantile: Quantile of Student's t for a 95 % interval.
+    """
+
+    deviation: float
+    of_plant: float
+    quantile: float
+
+    @property
+    def half_width(self) -> float:
+        """Half-width of the symmetric interval."""
+        return self.quantile * self.deviation
+
+
+@dataclass(frozen=True)
 class FittedPlant:
     """An output's plant: the chosen structure, and its uncertainty.
 
@@ -46,36 +73,27 @@ class FittedPlant:
         chosen: Structure, fit and rivals.
         covariance: Covariance of shapes, dead times, numerators, offsets and noise, in that order.
         variance: Variance of the prediction errors.
+        likelihood: Restricted likelihood of the noise model.
     """
 
     chosen: Chosen
     covariance: Array
     variance: float
+    likelihood: RestrictedLikelihood
 
     @classmethod
     def of(cls, chosen: Chosen) -> "FittedPlant":
         """Return the plant of a choice."""
-        return cls(chosen, *covariance_of(chosen.projection, chosen.solution))
+        solution = chosen.solution
+        slopes = slopes_of(chosen.projection, solution)
+        likelihood = RestrictedLikelihood.of(slopes, solution.residuals, len(solution.noise))
+        n_outliers = sum(len(each) for each in chosen.problem.outliers)
+        return cls(chosen, *covariance_of(solution, slopes, n_outliers), likelihood)
 
     @property
     def solution(self) -> Solution:
         """The fit."""
         return self.chosen.solution
-
-    @cached_property
-    def degrees(self) -> float:
-        """Degrees of freedom of the noise power at the plant's corner frequency (Satterthwaite).
-
-        The power of slow noise, on which intervals depend, has fewer degrees of freedom than there are samples.
-        """
-        solution, count = self.solution, max(len(self.solution.errors) - len(self.covariance), 1)
-        p = len(solution.noise)
-        corner = max(SampledFilter(each, 1.0).pace for each in solution.denominators) * self.chosen.problem.period
-        turns = np.exp(-1j * min(corner, np.pi) * np.arange(1, p + 1))
-        gain = 1.0 + solution.noise @ turns
-        slopes = -2.0 * np.real(turns / gain)
-        of_noise = self.covariance[len(self.covariance) - p :, len(self.covariance) - p :]
-        return 2.0 / (2.0 / count + float(slopes @ of_noise @ slopes))
 
     @property
     def n_plant(self) -> int:
@@ -85,7 +103,10 @@ class FittedPlant:
     @cached_property
     def parameters(self) -> Array:
         """Shapes, dead times and numerators of all inputs."""
-        solution = self.solution
+        return self.parameters_of(self.solution)
+
+    def parameters_of(self, solution: Solution) -> Array:
+        """Return shapes, dead times and numerators of a fit."""
         late = solution.dead_times if solution.structure.has_dead_time else np.zeros(0)
         return np.concatenate([solution.shape.ravel(), late, solution.numerators.ravel()])
 
@@ -96,72 +117,90 @@ class FittedPlant:
         dead_times = parameters[n : n + late] if late else np.zeros(m)
         return parameters[:n].reshape(m, -1), dead_times, parameters[n + late :].reshape(m, -1)
 
-    def deviations(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Return a function of the parameters and its covariance."""
+    def _slopes(self, function: Callable[[Array], Array]) -> Array:
         middle = self.parameters
         steps = SLOPE_STEP * np.maximum(np.sqrt(np.diag(self.covariance)[: self.n_plant]), 1e-12)
-        slopes = np.column_stack(
+        return np.column_stack(
             [
                 (function(middle + step * unit) - function(middle - step * unit)) / (2.0 * step)
                 for step, unit in zip(steps, np.eye(len(middle)), strict=True)
             ]
         )
-        return function(middle), slopes @ self.covariance[: self.n_plant, : self.n_plant] @ slopes.T
+
+    def deviations(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """Return a function of the parameters and its covariance."""
+        slopes = self._slopes(function)
+        return function(self.parameters), slopes @ self.covariance[: self.n_plant, : self.n_plant] @ slopes.T
+
+    @cached_property
+    def covariance_alone(self) -> Array:
+        """Covariance of the plant's parameters if the noise model were known."""
+        n, p = self.n_plant, len(self.solution.noise)
+        cross, of_noise = (
+            self.covariance[:n, len(self.covariance) - p :],
+            self.covariance[len(self.covariance) - p :][:, -p:],
+        )
+        return self.covariance[:n, :n] - (cross @ np.linalg.pinv(of_noise) @ cross.T if p else 0.0)
+
+    def spread(self, function: Callable[[Array], float]) -> "Spread":
+        """Return the uncertainty of a function of the parameters."""
+        slopes = self._slopes(lambda parameters: np.array([function(parameters)]))[0]
+        n = self.n_plant
+        both, alone = (float(slopes @ each @ slopes) for each in (self.covariance[:n, :n], self.covariance_alone))
+        degrees = self.likelihood.degrees_of(slopes, self.solution.noise)
+        deviation, of_plant = (float(np.sqrt(max(each, 0.0))) for each in (both, alone))
+        return Spread(deviation, of_plant, float(t.ppf(LEVEL, degrees)))
 
     def numbers(self, j: int, units: tuple[str, str] = ("1", "1")) -> list[Number]:
         """Return gain, shape, zeros and dead time of an input; units: of input and output."""
-        structure, m = self.solution.structure, len(self.solution.shape)
-        deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        width = float(t.ppf(LEVEL, self.degrees))
-        numerator, shape = self.solution.numerators[j], self.solution.shape[j]
-        gain = float(deviation[m * (structure.n_shape + structure.has_dead_time) + j * len(numerator)])
+        structure = self.solution.structure
         ratio = f"{units[1]}/{units[0]}" + {0: "", 1: "/s", 2: "/s2"}[structure.integrators]
-        value = float(numerator[0])
-        numbers = [Number("K", value, value - width * gain, value + width * gain, ratio)]
-        split = self._time_constants(j, width)
-        numbers += split
-        for k, (name, unit) in enumerate(structure.names):
-            pair = (k - structure.lags) // 2
-            if split and pair >= 0 and shape[structure.lags + 2 * pair + 1] > MIN_SPLIT_DAMPING:
-                continue
-            factor = float(np.exp(min(width * deviation[j * structure.n_shape + k], 50.0)))
-            value = float(np.exp(shape[k]))
-            numbers.append(Number(name, value, value / factor, value * factor, unit))
+        numbers = [self._number("K", ratio, lambda parameters: self.parts(parameters)[2][j, 0])]
+        numbers += [self._positive(name, unit, logarithm) for name, unit, logarithm in self._shape_numbers(j)]
         for k in range(1, structure.zeros + 1):
 
-            def zero(parameters: Array, k: int = k) -> Array:
+            def zero(parameters: Array, k: int = k) -> float:
                 numerator = self.parts(parameters)[2][j]
-                return np.array([numerator[k] / numerator[0]])
+                return float(numerator[k] / numerator[0])
 
-            at, covariance = self.deviations(zero)
-            value, half = float(at[0]), width * float(np.sqrt(covariance[0, 0]))
-            unit = {1: "s", 2: "s2"}[k]
-            numbers.append(Number("Tz" if k == 1 else f"Tz{k}", value, value - half, value + half, unit))
+            numbers.append(self._number("Tz" if k == 1 else f"Tz{k}", {1: "s", 2: "s2"}[k], zero))
         if structure.has_dead_time:
-            ends = profile_ends(self, j, float(deviation[m * structure.n_shape + j]))
-            numbers.append(Number("L", float(self.solution.dead_times[j]), *ends, "s"))
+            numbers.append(Number("L", float(self.solution.dead_times[j]), *self.dead_time_ends[j], "s"))
         return numbers
 
-    def _time_constants(self, j: int, width: float) -> list[Number]:
-        """Return the time constants of pairs of real poles."""
+    @cached_property
+    def dead_time_ends(self) -> list[tuple[float, float]]:
+        """Ends of the 95 % interval of each input's dead time [s]."""
+        inputs = range(len(self.solution.shape))
+        return [profile_ends(self, lambda parameters, j=j: float(self.parts(parameters)[1][j])) for j in inputs]
+
+    def _number(self, name: str, unit: str, function: Callable[[Array], float]) -> Number:
+        value, half = float(function(self.parameters)), self.spread(function).half_width
+        return Number(name, value, value - half, value + half, unit)
+
+    def _positive(self, name: str, unit: str, logarithm: Callable[[Array], float]) -> Number:
+        value, half = logarithm(self.parameters), self.spread(logarithm).half_width
+        is_curved = MIN_PROFILE_WIDTH < half < MAX_PROFILE_WIDTH
+        low, high = profile_ends(self, logarithm) if is_curved else (value - half, value + half)
+        low, value, high = (float(np.exp(min(each, 50.0))) for each in (low, value, high))
+        return Number(name, value, low, high, unit)
+
+    def _shape_numbers(self, j: int) -> Iterator[tuple[str, str, Callable[[Array], float]]]:
+        """Yield name, unit and logarithm of each positive number; pairs of real poles have time constants."""
         structure, shape = self.solution.structure, self.solution.shape[j]
-        numbers = []
-        for i in range(structure.lags, structure.n_shape, 2):
-            if shape[i + 1] <= MIN_SPLIT_DAMPING:
+        for k, (name, unit) in enumerate(structure.names):
+            first = k - (k - structure.lags) % 2
+            if k < structure.lags or shape[first + 1] <= MIN_SPLIT_DAMPING:
+                yield name, unit, lambda parameters, k=k: self.parts(parameters)[0][j, k]
                 continue
-            for k, sign in enumerate((1.0, -1.0), 1):
+            tail, sign = name.lstrip("wzeta"), 1.0 if k == first else -1.0
 
-                def logarithm(parameters: Array, i: int = i, sign: float = sign) -> Array:
-                    log_w, log_damping = self.parts(parameters)[0][j][i : i + 2]
-                    # Times and damping: T = exp(+-acosh(zeta)) / w.
-                    return np.array([sign * np.arccosh(np.exp(log_damping)) - log_w])
+            def logarithm(parameters: Array, first: int = first, sign: float = sign) -> float:
+                log_w, log_damping = self.parts(parameters)[0][j, first : first + 2]
+                # Times and damping: T = exp(+-acosh(zeta)) / w.
+                return float(sign * np.arccosh(np.exp(max(log_damping, 0.0))) - log_w)
 
-                at, covariance = self.deviations(logarithm)
-                half = min(width * float(np.sqrt(covariance[0, 0])), 50.0)
-                tail = f"{(i - structure.lags) // 2 + 1}" if structure.pairs > 1 else ""
-                value = float(np.exp(at[0]))
-                numbers.append(Number(f"T{tail}{'ab'[k - 1]}", value, value * np.exp(-half), value * np.exp(half), "s"))
-        return numbers
+            yield f"T{tail}{'a' if k == first else 'b'}", "s", logarithm
 
     def coefficients(self, j: int, parameters: Array | None = None) -> tuple[Array, Array]:
         """Return numerator and denominator, from the highest power of s."""
@@ -186,41 +225,42 @@ class FittedPlant:
         return value.reshape(2, k)[0], value.reshape(2, k)[1], spread.reshape(2, k)
 
 
-def profile_ends(plant: FittedPlant, j: int, deviation: float) -> tuple[float, float]:
-    """Return the ends of the 95 % interval of a dead time [s]; deviation: by the slopes."""
-    problem, solution = plant.chosen.problem, plant.solution
-    middle = float(solution.dead_times[j])
-    step = max(min(deviation, problem.max_dead_time / 4.0), 1e-3 * problem.period)
-    limit = float(t.ppf(LEVEL, plant.degrees) ** 2)
+def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[float, float]:
+    """Return the ends of the likelihood profile of a number.
+
+    NaN is an end that no trial reaches. The other parameters are fitted again under a pull of the number to each trial value:
+    that leads to points of the profile.
+    """
+    solution, spread = plant.solution, plant.spread(number)
+    middle, shift = number(plant.parameters), spread.half_width
+    if spread.of_plant <= MIN_DEVIATION * max(abs(middle), plant.chosen.problem.period):
+        return middle - shift, middle + shift
+    # The noise model stays, so losses count by the deviation that they would have if it were known.
+    wanted = spread.quantile * spread.deviation / spread.of_plant
+    weight = PULL_WEIGHT * float(np.sqrt(plant.variance)) / spread.of_plant
     ends = []
     for sign in (-1.0, 1.0):
-        start, end = solution, None
-        before = (middle, 0.0)
-        for distance in PROFILE:
-            at = middle + sign * distance * step
-            if at < 0.0 or at > problem.max_dead_time:
-                at = 0.0 if at < 0.0 else problem.max_dead_time
-            start = _at_dead_time(plant, start, j, at)
-            lost = len(solution.errors) * float(np.log(start.cost / solution.cost))
-            if lost >= limit:
+        start, before, end, target = solution, (middle, 0.0), float("nan"), middle + sign * shift
+        for _ in range(MAX_TRIALS):
+
+            def pull(parameters: Array, target: float = target) -> float:
+                return weight * (number(parameters) - target)
+
+            start = Search(plant.chosen.projection).polish(start, evaluations=TRIAL_EVALUATIONS, pull=pull)
+            at = number(plant.parameters_of(start))
+            lost = float(np.sqrt(max(len(solution.errors) * np.log(start.cost / solution.cost), 0.0)))
+            if lost >= wanted:
                 # The loss is about a parabola, so its root is nearly straight.
-                roots = np.sqrt(max(before[1], 0.0)), np.sqrt(lost)
-                end = before[0] + (at - before[0]) * (np.sqrt(limit) - roots[0]) / (roots[1] - roots[0])
-                break
-            if at in (0.0, problem.max_dead_time):
+                end = before[0] + (at - before[0]) * (wanted - before[1]) / (lost - before[1])
+                if lost <= MAX_OVERSHOOT * wanted:
+                    break
+                start, target = solution, end + sign * 0.1 * abs(end - middle)
+                continue
+            if abs(target - at) > 0.5 * abs(target - before[0]):
+                # It does not follow: it is at the end of its range.
                 end = at
                 break
             before = (at, lost)
-        ends.append(float(end) if end is not None else float("nan"))
+            target = middle + (at - middle) * float(np.clip(1.2 * wanted / max(lost, 1e-9), 1.3, 3.0))
+        ends.append(float(end))
     return ends[0], ends[1]
-
-
-def _at_dead_time(plant: FittedPlant, start: Solution, j: int, dead_time: float) -> Solution:
-    """Return the best fit with a dead time; those of other inputs are as fitted."""
-    dead_times = start.dead_times.copy()
-    dead_times[j] = dead_time
-    fixed = replace(start.structure, has_dead_time=False)
-    projection = Projection(plant.chosen.problem, fixed, dead_times)
-    first = projection.solve(start.shape, dead_times, start.noise)
-    best = Search(projection).polish(first, evaluations=8)
-    return replace(best, structure=start.structure, dead_times=dead_times)

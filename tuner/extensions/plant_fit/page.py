@@ -30,7 +30,7 @@ AIDS = {
     "passes the dashed lines.",
     "step": "Response to a step of one unit of the input, with the 95 % band of the covariance.",
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
-    "numbers": "95 % intervals. That of the dead time L is a likelihood profile, because the error has kinks in it.",
+    "numbers": "95 % intervals, most of them likelihood profiles: a dead time trades with lags, so they are not symmetric.",
     "rivals": "Each structure is fitted without blocks of the record and judged by its errors there. The chosen one has "
     "the fewest parameters among those within two standard errors, or two per cent, of the best.",
     "unknown": "Numbers with intervals wider than themselves, and an experiment that would identify them.",

@@ -42,7 +42,7 @@ class PlantFit(Documented):
         """Return a study of the plant as TOML.
 
         Args:
-            law: Law of its loops: pi, pid or ladrc.
+            law: Law of its loops: pi, pid, adrc or ladrc.
             title: Title of the study.
         """
         named = title or f"{', '.join(self.signals.outputs)} by {', '.join(self.signals.inputs)}"

@@ -16,10 +16,12 @@ from tuner.extensions.plant_fit.estimate import (
     Search,
     Solution,
     share,
+    slopes_of,
     starts_of,
     usual_dead_times,
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
+from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.structures import FIRST, Structure
 
 Array = np.ndarray
@@ -28,8 +30,6 @@ ROUNDS = 3
 """Fits of plant and noise in turn before they are fitted together."""
 SAMPLES_EACH = 8
 """Fewest samples for each parameter."""
-MAX_THINNING = 3
-"""Thinning from which a stretch at full rate is searched too, for fast plants."""
 HOPELESS_RATIO = 4.0
 """Sum of squared residuals over the best's from which a structure is not refined."""
 REFIT_EVALUATIONS = 10
@@ -107,49 +107,24 @@ def fit_together(problem: Problem, start: Solution) -> Solution:
     for _ in range(ROUNDS):
         noise = fit_noise(list(solution.residuals))
         solution = search.polish(projection.solve(solution.shape, solution.dead_times, noise))
-    return search.polish(solution, with_noise=True)
+    for _ in range(ROUNDS):
+        # The noise model comes with a linear step of the plant, without which both would approach each other slowly.
+        likelihood = RestrictedLikelihood.of(slopes_of(projection, solution), solution.residuals, len(solution.noise))
+        noise = likelihood.best(solution.noise)
+        solution = search.polish(projection.solve(solution.shape, solution.dead_times, noise))
+    return solution
 
 
 def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solution]:
     """Return fits without a noise model by the name of the structure."""
-    every = ceil(max(len(each) for each in problem.outputs) / REDUCED)
-    coarse = problem.thinned(every)
+    coarse = problem.thinned(ceil(max(len(each) for each in problem.outputs) / REDUCED))
     fits: dict[str, Solution] = {}
     for structure in structures:
-        earlier = _earlier(structure, fits)
-        candidates = [_searched(coarse, structure, earlier)]
-        if every > MAX_THINNING:
-            candidates.append(_searched(_window(problem), structure, earlier))
-        starts = [Projection(problem, structure).solve(each.shape, each.dead_times, each.noise) for each in candidates]
-        start = min(starts, key=lambda each: each.cost)
-        fits[structure.name] = Search(Projection(problem, structure)).polish(start, evaluations=REFIT_EVALUATIONS)
+        coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
+        projection = Projection(problem, structure)
+        start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
+        fits[structure.name] = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
     return fits
-
-
-def _window(problem: Problem) -> Problem:
-    """Return the stretch of each record in which the inputs move most."""
-    grids, outputs = [], []
-    for grid, output in zip(problem.grids, problem.outputs, strict=True):
-        n = len(output)
-        if grid.place is not None or n <= REDUCED:
-            grids.append(grid)
-            outputs.append(output)
-            continue
-        moved = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(grid.inputs, axis=0)).sum(axis=1))])
-        begins = np.arange(0, n - REDUCED + 1, REDUCED // 4)
-        begin = int(begins[np.argmax(moved[begins + REDUCED - 1] - moved[begins])])
-        part = slice(begin, begin + REDUCED)
-        grids.append(replace(grid, inputs=grid.inputs[part] - grid.inputs[begin]))
-        outputs.append(output[part])
-    empty = tuple(np.zeros(0, dtype=int) for _ in outputs)
-    return replace(
-        problem,
-        grids=tuple(grids),
-        outputs=tuple(outputs),
-        outliers=empty,
-        has_start=(True,) * len(outputs),
-        max_dead_time=min(problem.max_dead_time, problem.period * REDUCED / 4),
-    )
 
 
 def _earlier(structure: Structure, fits: dict[str, Solution]) -> Solution | None:

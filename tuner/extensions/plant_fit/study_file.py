@@ -73,10 +73,26 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
             _scenario(kind, loops, signals, joint, period, float(slowness(plants))) for kind in ("set point", "load")
         ],
         "objective": [{"metric": f"iae.{loop.output}"} for loop in loops] + [{"metric": "travel"}],
-        "margin": [{"quantity": "ms", "max": 2.0}],
+        "margin": [{"quantity": "ms", "max": 2.0}, *_delay_margin(plants, period)],
         "search": {"population": 16, "generations": 10},
     }
     return toml_text(table)
+
+
+def _delay_margin(plants: Sequence[FittedPlant], period: float) -> list[PlainTable]:
+    """Return the limit that makes loops tolerate the longest dead time.
+
+    A dead time is a line of whole control periods that is the same in all flights, so no spread can move it.
+    """
+    above = [
+        high - round(late / period) * period
+        for each in plants
+        if each.solution.structure.has_dead_time
+        for late, (_, high) in zip(each.solution.dead_times, each.dead_time_ends, strict=True)
+        if np.isfinite(high)
+    ]
+    least = round_to(max(above, default=0.0) / period, 2)
+    return [{"quantity": "delay_periods", "min": least}] if least > 0.0 else []
 
 
 def control_period(plants: Sequence[FittedPlant]) -> float:

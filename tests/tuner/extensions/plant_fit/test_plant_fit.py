@@ -13,7 +13,8 @@ from plant.errors import InputError
 from tuner.cli.main import app
 from tuner.extensions.plant_fit.noise import fill_outliers, noise_parts, outliers_in, quantum_of
 from tuner.extensions.plant_fit.reading import make_experiment
-from tuner.extensions.plant_fit.response import Grid, SampledFilter, exponentials
+from tuner.extensions.plant_fit.response import Grid, SampledFilter
+from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.study_file import joint_spread
 
 PARTS = 20
@@ -60,13 +61,6 @@ def frame_of(inputs, outputs, period=1.0):
 
 def numbers(found, output=0):
     return {row.name: row for row in found.document.outputs[output].numbers}
-
-
-def test_exponentials_are_those_of_scipy():
-    from scipy.linalg import expm
-
-    matrix = np.array([[-30.0, 8.0, 1.0], [-2.0, 0.0, 4.0], [0.0, 0.0, 0.0]])
-    assert exponentials(matrix) == pytest.approx(expm(matrix), abs=1e-13)
 
 
 @pytest.mark.parametrize("dead_time", [0.0, 2.0, 3.35])
@@ -195,7 +189,58 @@ def test_a_joint_spread_has_the_covariance_that_it_is_made_of():
     assert drawn == pytest.approx(relative, abs=3e-5)
 
 
-@pytest.mark.parametrize("law", ["pi", "pid", "ladrc"])
+def test_the_restricted_likelihood_is_that_of_the_dense_covariance():
+    from scipy.linalg import toeplitz
+
+    rng = np.random.default_rng(1)
+    slopes, residual = np.column_stack([rng.normal(size=20), np.ones(20)]), rng.normal(size=20)
+
+    def dense(noise):
+        impulse = lfilter([1.0], [1.0, *noise], np.eye(1, 400)[0])
+        covariance = toeplitz([impulse[k:] @ impulse[: 400 - k] for k in range(20)])
+        weighted = np.linalg.solve(covariance, np.column_stack([slopes, residual]))
+        information = slopes.T @ weighted[:, :2]
+        rest = residual @ weighted[:, 2] - weighted[:, 2] @ slopes @ np.linalg.solve(
+            information, slopes.T @ weighted[:, 2]
+        )
+        return 18.0 * np.log(rest) + np.linalg.slogdet(information)[1] + np.linalg.slogdet(covariance)[1]
+
+    likelihood = RestrictedLikelihood.of([slopes], (residual,), 2)
+    models = [np.array(each) for each in ([-1.2, 0.5], [-0.3, 0.1], [0.4, -0.2])]
+    values = [[function(each) - function(models[0]) for each in models] for function in (likelihood.criterion, dense)]
+    assert values[0] == pytest.approx(values[1], abs=1e-9)
+    assert likelihood.criterion(np.array([-2.1, 1.0])) > 1e8
+    best = likelihood.best(models[1])
+    assert all(dense(best) < dense(best + step) for step in 0.05 * np.vstack([np.eye(2), -np.eye(2)]))
+
+
+def test_without_a_noise_model_degrees_of_freedom_are_samples_without_parameters():
+    rng = np.random.default_rng(1)
+    likelihood = RestrictedLikelihood.of([rng.normal(size=(50, 3))], (rng.normal(size=50),), 0)
+    assert likelihood.degrees_of(np.array([1.0, 2.0, 0.0]), np.zeros(0)) == pytest.approx(47.0)
+
+
+def test_the_ends_of_an_interval_lose_what_students_t_allows():
+    from scipy.stats import t
+
+    inputs, outputs = record(([2.0], [10.0, 1.0]), 1.0, n=80, noise=0.4, seed=4)
+    found = tuner.fit(frame_of(inputs, outputs), input="u", output="y", structure="first-order", max_dead_time=4.0)
+    assert found.document.outputs[0].noise.order == 0
+
+    def least(time_constant):
+        """Squares left by gain and offset, at the best dead time of a fine grid."""
+        squares = []
+        for dead_time in np.arange(0.0, 4.01, 0.05):
+            columns = np.column_stack([sampled(([1.0], [time_constant, 1.0]), inputs, 1.0, dead_time), np.ones(80)])
+            squares.append(np.linalg.lstsq(columns, outputs, rcond=None)[1][0])
+        return min(squares)
+
+    row = numbers(found)["T"]
+    for end in (row.low, row.high):
+        assert np.sqrt(80.0 * np.log(least(end) / least(row.value))) == pytest.approx(t.ppf(0.975, 76), rel=0.04)
+
+
+@pytest.mark.parametrize("law", ["pi", "pid", "adrc", "ladrc"])
 def test_the_study_of_a_fit_is_stable_and_has_the_plant(tmp_path, law):
     inputs, outputs = record()
     file = table(tmp_path / "heater.csv", [np.arange(400.0), inputs, outputs])
@@ -213,6 +258,18 @@ def test_the_study_of_a_fit_is_stable_and_has_the_plant(tmp_path, law):
     assert study.scenarios[0].spec.joint_spread
     margins = study.margin_model().evaluate(study.default_row[None])
     assert margins.stable.all()
+
+
+def test_the_loops_of_a_first_order_plant_under_adrc_tolerate_the_upper_end_of_its_dead_time(tmp_path):
+    inputs, outputs = record(([2.0], [10.0, 1.0]), 3.0)
+    out = tmp_path / "tank.toml"
+    found = tuner.fit(frame_of(inputs, outputs), input="u", output="y", structure="first-order", law="adrc", out=out)
+    study = tuner.load_study(out, kind=tuner.PlantStudy)
+    assert [each.law.name for each in study.system.plan.channels] == ["adrc1"]
+    values = study.margin_model().evaluate(study.default_row[None])
+    period, row = study.system.timing.control_period, numbers(found)["L"]
+    assert 'quantity = "delay_periods"' in out.read_text(encoding="utf-8")
+    assert row.high is not None and values.delay_periods.min() * period > row.high - row.value
 
 
 def test_the_page_shows_every_part(tmp_path):
