@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 AIDS = {
     "data": "The model gets the measured inputs alone: no measured output corrects it.",
-    "residuals": "Autocorrelations are those of one-step prediction errors behind the noise model. Of white noise, one bar in twenty "
-    "passes the dashed lines.",
+    "residuals": "Autocorrelations are those of one-step prediction errors behind the noise model. Of white noise, one bar in "
+    "twenty passes the dashed lines.",
     "step": "Response to a step of one unit of the input, with the 95 % band of the covariance.",
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
     "numbers": "95 % intervals, most of them likelihood profiles: a dead time trades with lags, so they are not symmetric.",
