@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 AIDS = {
     "data": "The model gets the measured inputs alone: no measured output corrects it.",
-    "residuals": "The lower charts show one-step prediction errors behind the noise model. Of white noise, one bar in twenty "
-    "passes the dashed lines.",
+    "residuals": "Autocorrelations are those of one-step prediction errors behind the noise model. Of white noise, one bar in "
+    "twenty passes the dashed lines.",
     "step": "Response to a step of one unit of the input, with the 95 % band of the covariance.",
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
     "numbers": "95 % intervals, most of them likelihood profiles: a dead time trades with lags, so they are not symmetric.",
@@ -76,7 +76,7 @@ def _sections(
     notes = [f"{row.output}: {note}" for row in document.outputs for note in row.notes]
     listed = element("ul", *[element("li", note) for note in notes]) if notes else Markup()
     return [
-        Section("data", "Data and model", _charts("data", data, LINES)),
+        Section("measured", "Data and model", _charts("data", data, LINES)),
         Section("numbers", "The plant", join((aid(AIDS["numbers"]), *[_numbers(row) for row in document.outputs]))),
         Section("unknown", "Wide intervals", join((aid(AIDS["unknown"]), listed)) if notes else Markup()),
         Section("residuals", "Residuals", _charts("residuals", residuals)),

@@ -279,6 +279,8 @@ def test_the_page_shows_every_part(tmp_path):
     text = page.read_text(encoding="utf-8")
     for title in ("Data and model", "Residuals", "Step response", "Frequency response", "Rival structures"):
         assert title in text
+    # A section with the name of the page's data took its place, and no chart was drawn.
+    assert text.count('id="data"') == 1
     assert found.figure("bode") is not None
 
 
