@@ -14,7 +14,6 @@ from tuner.extensions.studio.tables import judged, loop_table, precision_note, s
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import page_data
 from tuner.report.sheets import fans_of
-from tuner.study.plant_study import PlantStudy
 
 Document = dict[str, Any]
 
@@ -122,7 +121,7 @@ def opening(bench: Bench) -> Document:
         "scenarios": [entry.spec.name for entry in session.study.scenarios],
         "channels": bench.loops.channels,
         "stages": list(STAGES),
-        "noun": "simulations" if isinstance(session.study, PlantStudy) else "flights",
+        "noun": "flights" if session.has_rotors else "simulations",
         "points": {} if bench.front.run is None else bench.front.run.points(),
         "live": bench.front.run is not None and session.results is None,
     }

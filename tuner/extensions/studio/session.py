@@ -1,6 +1,6 @@
 """An opened study: its gains with their ranges, default and tuned settings, and the front of a run."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -102,9 +102,24 @@ class Session:
 
     def gains(self, row: np.ndarray) -> Gains:
         """Return a gains row (g,) as gains of the Python API."""
-        if isinstance(self.study, PlantStudy):
-            return gains_of_plant(self.study, row)
-        return gains_of(self.study.controller(row), {"study": self.study.origin("studio")})
+        return GAINS[self.study.kind](self.study, row)
+
+    @property
+    def has_rotors(self) -> bool:
+        """Whether a quadrotor is flown, not a plant."""
+        return self.study.kind == Study.kind
+
+
+def gains_of_quadrotor(study: Study, row: np.ndarray) -> Gains:
+    """Return a gains row (g,) of a quadrotor's study as gains."""
+    return gains_of(study.controller(row), {"study": study.origin("studio")})
+
+
+GAINS: Mapping[str, Callable[[Any, np.ndarray], Gains]] = {
+    Study.kind: gains_of_quadrotor,
+    PlantStudy.kind: gains_of_plant,
+}
+"""Kind of study -> function that returns a gains row as gains."""
 
 
 def open_session(given: Path | None, study: Path | None = None) -> Session:
@@ -135,7 +150,7 @@ def open_session(given: Path | None, study: Path | None = None) -> Session:
 def _searched(study: TuningStudy) -> TuningStudy:
     if not study.space.variables:
         raise InputError("no gain has a range, so nothing can be moved; give one a range", file=study.path, key="gains")
-    if not isinstance(study, Study | PlantStudy):
+    if study.kind not in GAINS:
         raise InputError("has no flights of its own; open a study of a quadrotor or of a plant", file=study.path)
     return study
 

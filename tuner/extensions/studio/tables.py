@@ -1,7 +1,7 @@
 """Tables of the page as texts: objectives, limits, margins of each loop, and settings against each other."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def _named(session: Session, row: ComparedRow | RequiredRow) -> str:
     if isinstance(row, RequiredRow):
         return plain_margin(row.label)
     scenario = row.scenario if len(session.study.scenarios) > 1 else None
-    channels = set(session.study.system.plan.names) if isinstance(session.study, PlantStudy) else None
+    channels = None if session.has_rotors else set(cast("PlantStudy", session.study).system.plan.names)
     return plain_label(row.label, row.metric, scenario, channels, short=True)
 
 

@@ -38,7 +38,7 @@ def asked(*arguments):
     return CliRunner().invoke(app, ["margins", *map(str, arguments)])
 
 
-def subject(law, trim=None):
+def subject(law: str, trim=None):
     return subject_of(default_gains(law).controller, trim or Trim())
 
 

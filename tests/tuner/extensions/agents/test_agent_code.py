@@ -98,6 +98,8 @@ STARTERS = {
     "tuner/extensions/autopilots/process.py": "a program: refused",
     "tuner/extensions/fmi/code.py": "the compiler of what is exported",
     "tuner/extensions/processor_cost/qemu.py": "compiler and emulator of what is exported",
+    "tuner/extensions/studio/live.py": "our command",
+    "tuner/extensions/studio/searching.py": "our command",
     "tuner/extensions/trials/program.py": "a program: refused",
     "tuner/experiments/tuning/problem.py": "our margins",
     "tuner/report/charts/printer.py": "our figures",
