@@ -180,7 +180,7 @@ def test_a_target_of_quadrotors_says_so(case, tmp_path):
         with pytest.raises(InputError, match="'px4' carries pid, px4 only"):
             tuner.export(case.gains, "px4", tmp_path / "x", force=True)
         return
-    for target in ("px4", "fmi", "matlab", "ros2", "rotorpy"):
+    for target in ("px4", "matlab", "ros2", "rotorpy"):
         with pytest.raises(InputError, match=f"given {target}, which takes the loops of a quadrotor.*--to c99"):
             tuner.export(case.gains, target, tmp_path / "x", force=True)
     with pytest.raises(InputError, match="its loops are not those of the study|holds no gains of a plant"):
