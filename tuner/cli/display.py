@@ -91,6 +91,13 @@ class Course:
         speed = self.flown / self.seconds if self.seconds > 0.0 else rate
         return (self.total - self.ends(stage)[1]) / speed + REPORT_SECONDS
 
+    def time_left(self, stage: str, flights: float, rate: float) -> timedelta:
+        """Return the time to the end.
+
+        flights: number that the stage still makes; rate: flights per second.
+        """
+        return timedelta(seconds=ceil(max(flights, 0.0) / rate + self.later(stage, rate)))
+
 
 class PaceColumn(ProgressColumn):
     """Column of flights per second and remaining time, or of elapsed time.
@@ -105,8 +112,8 @@ class PaceColumn(ProgressColumn):
         rate = task.fields["pace"].rate
         if rate is None:
             return Text("")
-        remaining = max(task.fields["end"] - task.completed, 0.0) / rate
-        left = timedelta(seconds=ceil(remaining + task.fields["course"].later(task.fields["stage"], rate)))
+        fields = task.fields
+        left = fields["course"].time_left(fields["stage"], fields["end"] - task.completed, rate)
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 

@@ -6,8 +6,6 @@ thousands a second, so the output changes at most four times a second.
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from datetime import timedelta
-from math import ceil
 from pathlib import Path
 from threading import Lock
 from time import perf_counter
@@ -158,6 +156,6 @@ class NotebookWatcher(Watcher):
         rate = self._pace.rate
         if rate is None or not self._stage:
             return self._stage
-        seconds = (self._end - self._done) / rate + self._course.later(self._stage, rate)
-        left = f"; {timedelta(seconds=ceil(seconds))} left" if seconds > 0.0 else ""
+        time_left = self._course.time_left(self._stage, self._end - self._done, rate)
+        left = f"; {time_left} left" if time_left else ""
         return f"{self._stage}: {self._pace.flown:,} flights, {rate:,.0f} flights/s{left}"

@@ -67,11 +67,12 @@ def _row(session: Session, pairs: Sequence[ComparedRow | RequiredRow]) -> Row:
         "unit": plain(first.unit),
         "kind": first.kind,
         "limit": "" if first.limit is None else bound_text(first.limit, first.sense),
-        "verdict": _verdict(first),
+        "verdict": _words(first, first.limit is not None),
         "here": _cell(first.tuned),
         "others": [_cell(row.default) for row in shown],
         "changes": [_cell(row.difference, signed=True) for row in shown],
-        "words": [_difference_words(row) for row in shown],
+        # Differences of limited quantities have no verdict: the limit has one.
+        "words": [_words(row, row.limit is None) for row in shown],
         "broken": [_is_broken(row) for row in shown],
         "state": getattr(first, "tuned_state", None) or "",
         "evidence": list(getattr(first, "evidence", ("", "")))[1],
@@ -87,15 +88,9 @@ def _named(session: Session, row: ComparedRow | RequiredRow) -> str:
     return plain_label(row.label, row.metric, scenario, channels, short=True)
 
 
-def _verdict(row: ComparedRow | RequiredRow) -> dict[str, str]:
-    if row.limit is None:
-        return {"word": "", "text": ""}
-    return {"word": row.verdict.replace(" ", "-"), "text": signed_verdict(row.verdict)}
-
-
-def _difference_words(row: ComparedRow | RequiredRow) -> dict[str, str]:
-    """Return the verdict on the difference of an objective; limits have a verdict of their own."""
-    if row.limit is not None:
+def _words(row: ComparedRow | RequiredRow, is_shown: bool) -> dict[str, str]:
+    """Return a verdict as class and text, empty if not shown."""
+    if not is_shown:
         return {"word": "", "text": ""}
     return {"word": row.verdict.replace(" ", "-"), "text": signed_verdict(row.verdict)}
 

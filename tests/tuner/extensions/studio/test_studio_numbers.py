@@ -16,7 +16,7 @@ from tuner.text.units import in_degrees
 HAND = {"angle.kp": 8.0, "angle.ki": 12.0, "angle.kd": 0.12}
 
 
-def asked(bench, values=HAND, **others):
+def request_of(bench, values=HAND, **others):
     return read_request(bench.session, bench.loops.channels, {"number": 1, "values": values, **others})
 
 
@@ -30,7 +30,7 @@ def by_hand(motor):
 def test_objectives_are_those_of_fly(bench, by_hand):
     gains, study = by_hand
     flown = tuner.fly(gains, study=study, flights=16)
-    rows = {row["label"]: row for row in answer(bench, asked(bench), 16)["rows"]}
+    rows = {row["label"]: row for row in answer(bench, request_of(bench), 16)["rows"]}
     for metric in ("itae.angle", "travel"):
         value, unit = flown.table.loc[metric, ["mean", "unit"]]
         # Sums of other layouts differ in the last bit.
@@ -41,14 +41,14 @@ def test_objectives_are_those_of_fly(bench, by_hand):
 def test_responses_are_those_of_fly(bench, by_hand, flights):
     gains, study = by_hand
     flown = tuner.fly(gains, study=study, flights=flights).recorded
-    mine = bench.flights.responses(asked(bench).settings[0].row, 0, flights)
+    mine = bench.flights.responses(request_of(bench).settings[0].row, 0, flights)
     assert np.array_equal(flown.actual, mine.actual) and np.array_equal(flown.time, mine.time)
 
 
 def test_margins_are_those_of_margins(bench, by_hand):
     gains, study = by_hand
     document = tuner.margins(gains, study=study).document
-    made = answer(bench, asked(bench), 256)
+    made = answer(bench, request_of(bench), 256)
     shown = {row["name"]: row["cells"] for row in made["loops"]["rows"]}
     for name in ("ms", "phase_margin", "gain_up"):
         value = document.channels[0].quantities[name].value
@@ -63,7 +63,7 @@ def test_the_worst_amplitudes_curve_touches_the_peak_of_sensitivity(bench, by_ha
     gains, study = by_hand
     ms = tuner.margins(gains, study=study).document.channels[0].quantities["ms"].value
     assert ms is not None
-    loop = bench.loops.curve(asked(bench).settings[0], "angle").response
+    loop = bench.loops.curve(request_of(bench).settings[0], "angle").response
     # A grid of 300 frequencies misses the peak by little and never exceeds it.
     assert 0.99 * ms < float(np.max(1.0 / np.abs(1.0 + loop))) <= ms * (1.0 + 1e-9)
 
@@ -71,32 +71,32 @@ def test_the_worst_amplitudes_curve_touches_the_peak_of_sensitivity(bench, by_ha
 def test_more_flights_narrow_the_intervals_and_reuse_the_first(bench):
     widths = []
     for flights in (16, 64, 256):
-        row = answer(bench, asked(bench), flights)["rows"][1]
+        row = answer(bench, request_of(bench), flights)["rows"][1]
         low, high = (float(text.replace("−", "-")) for text in row["here"][1].strip("[]").split(", "))
         widths.append(high - low)
     assert widths[0] > widths[1] > widths[2] > 0.0
     before = bench.flights.problem.flights_made
-    answer(bench, asked(bench), 256)
+    answer(bench, request_of(bench), 256)
     assert bench.flights.problem.flights_made == before
 
 
 def test_the_default_differs_from_itself_by_nothing(bench):
     default = bench.session.values(bench.session.default.row)
-    rows = answer(bench, asked(bench, default), 16)["rows"]
+    rows = answer(bench, request_of(bench, default), 16)["rows"]
     assert all(row["here"] == row["others"][0] for row in rows)
     assert rows[0]["changes"][0][0] == "0"
 
 
 def test_pins_are_compared_and_drawn(bench):
     pins = [{"name": "slow <b>", "values": {"angle.kp": 5.0}}, {"name": "", "values": {}}]
-    made = answer(bench, asked(bench, pins=pins), 64)
+    made = answer(bench, request_of(bench, pins=pins), 64)
     assert [other["name"] for other in made["others"]] == ["default", "slow <b>", "pin 2"]
     names = {trace["meta"].get("layer") for trace in made["charts"]["response-0"]["traces"]}
     assert {"here", "default", "pin1", "pin2"} <= names
 
 
 def test_an_unstable_loop_is_shown(bench):
-    made = answer(bench, asked(bench, {"angle.kp": 60.0, "angle.ki": 200.0, "angle.kd": 0.01}), 256)
+    made = answer(bench, request_of(bench, {"angle.kp": 60.0, "angle.ki": 200.0, "angle.kd": 0.01}), 256)
     assert made["loops"]["rows"][0]["cells"] == ["NO"]
     assert "Violates" in made["summary"] and "peak sensitivity Ms" in made["summary"]
 
@@ -105,7 +105,7 @@ def test_the_first_stage_has_the_limits_of_the_model_that_later_ones_have(bench)
     first, later = (
         {
             row["label"]: (row["here"], row["others"][0], row["verdict"])
-            for row in answer(bench, asked(bench), flights)["rows"]
+            for row in answer(bench, request_of(bench), flights)["rows"]
             if row["kind"] == "requirement"
         }
         for flights in (16, 64)
