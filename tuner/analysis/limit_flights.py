@@ -79,7 +79,7 @@ class LimitFlights:
         self._passed = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
         self._further: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._counts: dict[int, list[int]] = {}
-        self._known: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
+        self._intervals: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
 
     def confidence(self, entry: Constraint, look: int) -> float:
@@ -107,16 +107,18 @@ class LimitFlights:
             if not rests_on_value(entry):
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
-                parts[:, row, i] = self._known_interval(flown, row, i, self.confidence_of(entry, row))
+                parts[:, row, i] = self._remembered_interval(flown, row, i, self.confidence_of(entry, row))
         return parts
 
-    def _known_interval(self, flown: FinalFlights, row: int, i: int, confidence: float) -> tuple[float, float, float]:
+    def _remembered_interval(
+        self, flown: FinalFlights, row: int, i: int, confidence: float
+    ) -> tuple[float, float, float]:
         """Return the interval of a row, resampled once for the same flights."""
         scores, origin = self.samples(flown, row)
         key = i, confidence, scores[len(self.problem.objectives) + i].tobytes()
-        if key not in self._known:
-            self._known[key] = self.interval(scores, origin, i, confidence)
-        return self._known[key]
+        if key not in self._intervals:
+            self._intervals[key] = self.interval(scores, origin, i, confidence)
+        return self._intervals[key]
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.

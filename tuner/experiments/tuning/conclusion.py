@@ -101,21 +101,24 @@ def validate(
     candidates: np.ndarray,
     watcher: Watcher,
 ) -> tuple[Survivors, np.ndarray, Validated, FinalistLimits | None]:
-    """Validate finalists and, round by round, further ones that these show to keep the limits; return all with the result."""
+    """Validate finalists and, by rounds, further ones.
+
+    Further ones keep the limits by the flights of those before.
+    """
     seen, grown = concatenate_evaluations([entry.evaluation for entry in generations]), grown_study(study, generations)
     is_worst = is_among_worst(generations[0].evaluation)
-    for rounds in range(1 + MAX_ROUNDS):
+    rounds = 0
+    while True:
         gains = finalist_gains(problem, study, archive(generations), candidates)
         names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
         tails = finalist_limits(problem, study, gains, watcher)
         estimates = survivors.seen([0, *candidates.tolist()])
         validated = Validation(problem, study, gains, names, estimates, is_worst, watcher, tails).conclude()
         # Trials of another program and estimates of rare events take too long to be made by the way.
-        if rounds == MAX_ROUNDS or tails is not None or not isinstance(problem, Problem):
-            break
-        further = further_finalists(seen, study, candidates, validated)
+        is_last = rounds == MAX_ROUNDS or tails is not None or not isinstance(problem, Problem)
+        further = candidates[:0] if is_last else further_finalists(seen, study, candidates, validated)
         if not len(further):
-            break
+            return survivors, candidates, validated, tails
         watcher.on_message(
             f"{counted(len(further), 'further candidate')} fly: by the finalists' flights they probably keep every limit."
         )
@@ -123,9 +126,9 @@ def validate(
             both = np.union1d(survivors.candidates, further)
             survivors = flown_through(problem, grown, generations, both, watcher.on_flights_done)
         candidates = np.concatenate([candidates, further])
-        rows = np.searchsorted(survivors.candidates, candidates)
-        candidates = candidates[increasing_order(survivors.evaluation.values[rows, 0])]
-    return survivors, candidates, validated, tails
+        places = np.searchsorted(survivors.candidates, candidates)
+        candidates = candidates[increasing_order(survivors.evaluation.values[places, 0])]
+        rounds += 1
 
 
 def selected(

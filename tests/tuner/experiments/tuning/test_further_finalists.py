@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tests.tuner.experiments.tuning.test_active_limits import ERROR, OVERSHOOT, TRAVEL, evaluated
-from tuner.experiments.tuning.further_finalists import N_FURTHER, further_finalists, thinned
+from tuner.experiments.tuning.further_finalists import N_FURTHER_FINALISTS, further_finalists, thinned
 from tuner.experiments.tuning.validation import Validated
 
 COUNT = 61
@@ -34,7 +34,7 @@ def chosen(candidates, tuned, harshness, relevant=0.02, seen=None, keeps=True, o
 def test_whoever_keeps_the_limit_by_what_finalists_showed_and_is_better_flies_too():
     # Held-out flights are harsher by 1: candidates from 40 on keep the limit, and of the finalists 55 alone does.
     rows = chosen([28, 30, 32, 55], tuned=4, harshness=1.0)
-    assert 0 < len(rows) <= N_FURTHER and rows.min() == 40 and rows.max() < 55
+    assert 0 < len(rows) <= N_FURTHER_FINALISTS and rows.min() == 40 and rows.max() < 55
     # The second round comes closer, and ends where nobody better is left by more than a relevant difference.
     assert not len(chosen([28, 30, 32, 40, 55], tuned=4, harshness=1.0))
     assert len(chosen([28, 30, 32, 44, 55], tuned=4, harshness=1.0))
@@ -61,6 +61,6 @@ def test_who_is_furthest_inside_for_a_value_goes_first():
     value = np.repeat(np.linspace(1.0, 2.0, 20), 2)
     excess = -value - np.tile([0.0, 0.5], 20)
     rows = thinned(np.arange(40), np.column_stack([value, excess]))
-    assert len(rows) == N_FURTHER and np.all(rows % 2 == 1) and {1, 39} <= set(rows.tolist())
+    assert len(rows) == N_FURTHER_FINALISTS and np.all(rows % 2 == 1) and {1, 39} <= set(rows.tolist())
     few = np.array([3, 7])
     assert thinned(few, np.zeros((2, 2))).tolist() == [3, 7]
