@@ -9,6 +9,7 @@ from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
 from tuner.report.page import aid, collapsible, wide
 from tuner.text.markup import Markup, element, join
+from tuner.text.sentences import capitalized
 
 GAINS_AID = (
     "Gains in the units of the study file, angles in rad. Open square: default; filled diamond: the point. gains.json holds them "
@@ -87,8 +88,8 @@ def _choice() -> Markup:
 
 def _copies(results: TuningFolder) -> list[Markup]:
     texts = (
-        (f"{results.tuned} for the study file", "copy-study", study_lines(results)),
-        (f"All gains of {results.tuned} ({results.document.gains_file})", "copy-all", results.gains_text),
+        (f"{capitalized(results.shown_name)} for the study file", "copy-study", study_lines(results)),
+        (f"{results.document.gains_file} of the {results.shown_name}", "copy-all", results.gains_text),
     )
     return [
         collapsible(

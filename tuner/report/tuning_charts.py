@@ -12,6 +12,7 @@ from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.look import role_look
 from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
+from tuner.report.labels import titles_of
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
 BUDGET = 4.0e6
@@ -40,7 +41,7 @@ def spectrum_panels(results: TuningFolder) -> list[Panel]:
     if not results.spectra:
         return []
     marks = [
-        spectrum_mark(entry, role_look(results.held_out_front.role(entry.point)), entry.point)
+        spectrum_mark(entry, role_look(results.held_out_front.role(entry.point)), _title(results, entry.point))
         for entry in results.spectra
     ]
     return [replace(spectrum_panel(marks), form="plot")]
@@ -54,15 +55,16 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
     for loops in _alike(results.loops):
         show = {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
         look = role_look(results.held_out_front.role(loops[0].point))
-        frequency, response = loops[0].frequency, loops[0].response
-        gain, phase = bode_marks(frequency, response, look, loops[0].point, show)
-        for part, marks in zip(
-            parts, (gain, phase, nyquist_marks(frequency, response, look, loops[0].point, show)), strict=True
-        ):
+        curve = loops[0].frequency, loops[0].response, look, _title(results, loops[0].point), show
+        for part, marks in zip(parts, (*bode_marks(*curve), nyquist_marks(*curve)), strict=True):
             part += marks
     judged = [loop for loop in results.loops if results.held_out_front.role(loop.point)]
     axes = axes_of([(loop.frequency, loop.response) for loop in judged or results.loops])
     return [replace(panel, form="plot") for panel in loop_panels(parts[0], parts[1], parts[2], axes)]
+
+
+def _title(results: TuningFolder, point: str) -> str:
+    return titles_of(results).get(point, point)
 
 
 def instants(count: int) -> int:
@@ -130,7 +132,7 @@ def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mar
         look = role_look(results.held_out_front.role(fan.point))
         if not shared:
             marks += fans.reference(fan.time, fan.reference, show)
-        marks += fans.fan_marks(fan, look, fan.point, show)
+        marks += fans.fan_marks(fan, look, _title(results, fan.point), show)
     first = mine[0]
     if shared:
         marks += fans.reference(first.time, first.reference, {"scenario": scenario})

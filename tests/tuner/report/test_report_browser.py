@@ -269,7 +269,10 @@ def test_margins_are_marked_where_they_are_met(reader):
     reader.pick("p0101")
     for panel, words in (("loop-gain", "gain margin"), ("loop-phase", "phase margin"), ("loop-nyquist", "margin")):
         told = [
-            text for trace in reader.plotted(panel) for text in trace.get("hovertext", []) if text.startswith("p0101: ")
+            text
+            for trace in reader.plotted(panel)
+            for text in trace.get("hovertext", [])
+            if text.startswith("tuned gains (p0101): ")
         ]
         assert told and all(words in text for text in told), panel
 
@@ -282,7 +285,7 @@ def test_aspiration_level_filters_and_says_what_is_left(reader):
     assert reader.names() == wanted
     assert page.inner_text("#count").startswith(f"{len(wanted - {'default'})} of 14 finalists")
     page.fill("#level-0", "0")
-    assert "is nearest" in page.inner_text("#count")
+    assert "nearest: " in page.inner_text("#count")
     page.fill("#level-0", "1000")
     assert len(reader.names()) == 15
 

@@ -49,7 +49,7 @@ const pick = (name) => {
   if (!byName.has(name) || name === store.get().picked) return;
   store.set({ picked: name });
   window.history.replaceState(null, "", LINK + encodeURIComponent(name));
-  announce(`Picked ${name}: ${summaryOf(byName.get(name)).join(", ")}`);
+  announce(`Picked ${wordsOf(name)}: ${summaryOf(byName.get(name)).join(", ")}`);
 };
 
 // Name of the finalist so many places further along a dimension, among those that are selected.

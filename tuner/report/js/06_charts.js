@@ -91,7 +91,7 @@ function emphasised(trace) {
   const bright = trace.ids.map((name) => (!byName.has(name) || passes(byName.get(name), ranges) ? 1 : 0.2));
   if (trace.type === "bar") {
     const line = { color: is.map((one) => (one ? colour("ink") : colour("surface"))), width: is.map((one) => (one ? 2 : 0.5)) };
-    return { ...trace, marker: { ...marker, line } };
+    return { ...trace, text: trace.ids.map((name) => escaped(wordsOf(name))), marker: { ...marker, line } };
   }
   const line = { ...marker.line, width: is.map((one) => (one ? 2.5 : marker.line.width)), color: is.map((one) => (one ? colour("ink") : marker.line.color)) };
   return { ...trace, marker: { ...marker, opacity: bright, size: is.map((one) => marker.size + (one ? 4 : 0)), line } };

@@ -149,10 +149,9 @@ function names(i, j) {
   const place = (d, row) => warped(held(row.values[d], dimensions[d]), dimensions[d].log);
   return finalists.filter((row) => row.name === picked || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer)))
     .filter((row) => [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
-      const named = row.layer === "default" || row.layer === "tuned";
       const right = placeIn(dimensions[i], row.values[i]) > 0.8;
-      return { x: place(i, row), y: place(j, row), text: escaped(named ? data.layers[row.layer].label : row.name), showarrow: false,
-        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: colour(named ? row.layer : "ink"), size: 12, weight: 600 } };
+      return { x: place(i, row), y: place(j, row), text: escaped(row.point.title), showarrow: false,
+        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: colour(["default", "tuned"].includes(row.layer) ? row.layer : "ink"), size: 12, weight: 600 } };
     });
 }
 

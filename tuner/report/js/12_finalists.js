@@ -37,7 +37,7 @@ function showFinalists(holder) {
   ];
   const body = rows.map((row) => [
     make("button", { type: "button", class: "picker", "aria-pressed": String(row.name === picked), "data-point": row.name,
-      onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, row.name),
+      onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, wordsOf(row.name)),
     ...row.point.texts.values.map(numberCell),
     ...limits.map((entry) => make("span", { class: "number" }, row.values[entry.index] === null ? "∞" : significant(row.values[entry.index]))),
     ...row.point.texts.columns.map((text) => make("span", { class: "number" }, text)),
