@@ -268,6 +268,12 @@ class TuningFolder(OpenedFolder[Summary]):
         return read_loops(file) if file.exists() else []
 
     @cached_property
+    def worst_loops(self) -> list[Loop]:
+        """Loops of default and shown gains in their worst states."""
+        file = table_file(self.home, "worst_states")
+        return read_loops(file) if file.exists() else []
+
+    @cached_property
     def start(self) -> int | None:
         """The candidate that the search started from as designed: the second of the first generation, behind the default."""
         file = self.home / "start.json"

@@ -10,7 +10,6 @@ from tuner.report.page import aid, collapsible, wide
 from tuner.report.words import gap_words
 from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import significant
-from tuner.text.sentences import capitalized
 from tuner.text.units import marked_up
 
 HEAD = ("Objective", "Unit", "Search", "Held-out", "Held-out − search", "Verdict")
@@ -24,7 +23,7 @@ def choice_section(results: TuningFolder) -> Markup:
     if not results.feasible:
         return Markup()
     reason = in_plain_words(pick.why.strip().rstrip("."), names_of(results))
-    why = f"Rule {pick.rule}{RULES.get(pick.rule, '')}. {capitalized(results.shown_name)}: {reason}."
+    why = f"Rule {pick.rule}{RULES.get(pick.rule, '')}. The {results.shown_name}: {reason}."
     if not picked:
         return aid(why)
     share = (

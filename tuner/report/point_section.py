@@ -2,14 +2,20 @@
 
 from collections.abc import Sequence
 
-from tuner.documents.tuning import TuningFolder
+from tuner.documents.states import tightest_margins
+from tuner.documents.summary import RequiredRow
+from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, sample, worst_look
+from tuner.report.charts.look import DEFAULT as DEFAULT_LOOK
+from tuner.report.charts.look import REFERENCE, TUNED, sample, worst_look
 from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
+from tuner.report.labels import plain_margin
 from tuner.report.page import aid, collapsible, wide
 from tuner.text.markup import Markup, element, join
-from tuner.text.sentences import capitalized
+from tuner.text.numbers import significant
+from tuner.text.sentences import bound_text
+from tuner.text.units import plain
 
 GAINS_AID = (
     "Gains in the units of the study file, angles in rad. Open square: default; filled diamond: the point. gains.json holds them "
@@ -44,6 +50,7 @@ def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequ
     return join(
         (
             _choice(),
+            element("p", id="point-why"),
             element("p", id="point-state", class_="aid"),
             aid(_gains_aid(results)),
             wide(gains_table(results), id="point-gains"),
@@ -88,7 +95,7 @@ def _choice() -> Markup:
 
 def _copies(results: TuningFolder) -> list[Markup]:
     texts = (
-        (f"{capitalized(results.shown_name)} for the study file", "copy-study", study_lines(results)),
+        (f"The {results.shown_name} for the study file", "copy-study", study_lines(results)),
         (f"{results.document.gains_file} of the {results.shown_name}", "copy-all", results.gains_text),
     )
     return [
@@ -105,13 +112,13 @@ def _behind(results: TuningFolder) -> list[Markup]:
         return []
     keys = [
         (TUNED, "selected point"),
-        (worst_look(TUNED), "its worst flight"),
-        (worst_look(DEFAULT), "worst flight of the default"),
+        (worst_look(TUNED), "its worst flight or steady state"),
+        (worst_look(DEFAULT_LOOK), "worst flight or steady state of the default"),
         (REFERENCE, "reference"),
     ]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
-    switch = element("label", box, sample(DEFAULT, marked=False), " default", class_="switch")
+    switch = element("label", box, sample(DEFAULT_LOOK, marked=False), " default", class_="switch")
     return [element("div", switch, *shown, class_="controls lines-key")]
 
 
@@ -134,6 +141,24 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     ]
 
 
+def worst_state_text(results: TuningFolder) -> str:
+    """Return the worst steady states of tuned gains and default in words; "" if hover alone was looked at."""
+    worst = tightest_margins(results.requirements)
+    parts = [_worst_text(results, role, row) for role, row in reversed(worst.items())]
+    return f" Worst steady state, drawn thin unless it is hover: {'; '.join(parts)}." if parts else ""
+
+
+def _worst_text(results: TuningFolder, role: str, row: RequiredRow) -> str:
+    of, value, state = (
+        (f"default {results.gains_noun}", row.default.value, row.default_state)
+        if role == DEFAULT
+        else (results.shown_name, row.tuned.value, row.tuned_state)
+    )
+    number = "∞" if value is None else significant(value, 3)
+    limit = f"{bound_text(row.limit, row.sense)} {plain(row.unit)}".rstrip()
+    return f"{of} in {state} ({plain_margin(row.label)} {number}, {limit})"
+
+
 def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
         text = (
@@ -142,10 +167,9 @@ def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
         return [element("p", text, class_="note")]
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
+    where = "at hover in still air" if results.has_rotors else "at the equilibrium of the plant"
     return [
-        aid(
-            LOOPS_AID.format(where="at hover in still air" if results.has_rotors else "at the equilibrium of the plant")
-        ),
+        aid(f"{LOOPS_AID.format(where=where)}{worst_state_text(results)}"),
         element("div", id="margins", class_="wide"),
         element("div", choice, class_="controls"),
         grid(panels, "axis-grid"),

@@ -9,8 +9,9 @@ from tuner.documents.tuning import TuningFolder
 from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
-from tuner.report.charts.look import role_look
+from tuner.report.charts.look import role_look, worst_look
 from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.shaded import ShadedLimit, shaded_limits
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 from tuner.report.labels import titles_of
 
@@ -51,16 +52,24 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
     """Return Bode and Nyquist panels of all points and loops, none where the folder holds no loops."""
     if not results.loops:
         return []
-    parts: list[list[Mark]] = [[], [], []]
-    for loops in _alike(results.loops):
-        show = {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
-        look = role_look(results.held_out_front.role(loops[0].point))
-        curve = loops[0].frequency, loops[0].response, look, _title(results, loops[0].point), show
+    parts: tuple[list[Mark], list[Mark], list[Mark]] = ([], [], [])
+    for loops in (*_alike(results.worst_loops), *_alike(results.loops)):
+        first, show = loops[0], {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
+        look, name = role_look(results.held_out_front.role(first.point)), _title(results, first.point)
+        if first.state:
+            look, name = worst_look(look), f"{name} in {first.state}"
+        curve = first.frequency, first.response, look, name, show
         for part, marks in zip(parts, (*bode_marks(*curve), nyquist_marks(*curve)), strict=True):
             part += marks
     judged = [loop for loop in results.loops if results.held_out_front.role(loop.point)]
     axes = axes_of([(loop.frequency, loop.response) for loop in judged or results.loops])
-    return [replace(panel, form="plot") for panel in loop_panels(parts[0], parts[1], parts[2], axes)]
+    return [replace(panel, form="plot") for panel in loop_panels(*parts, axes, study_limits(results))]
+
+
+def study_limits(results: TuningFolder) -> list[ShadedLimit]:
+    """Return the limits on margins that the charts of loops shade."""
+    given = [(row.label, row.limit) for row in results.requirements]
+    return shaded_limits(given, [loop.channel for loop in results.loops])
 
 
 def _title(results: TuningFolder, point: str) -> str:

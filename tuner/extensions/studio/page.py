@@ -1,5 +1,6 @@
 """The page: one HTML with the report's style sheet, scripts and charts, and the studio's own scripts behind them."""
 
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from string import Template
@@ -47,15 +48,7 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
         )
         for k, name in enumerate(names)
     ]
-    aids = (
-        "Bars are gain margins; a bar that ends in the shaded part violates the limit.",
-        "Bars are phase margins; a bar that ends in the shaded part violates the limit.",
-        "The shaded disc is what the limit on Ms forbids.",
-    )
-    loops = [
-        Panel(panel.key, panel.title, panel.x, panel.y, [], form="plot", aid=aid)
-        for panel, aid in zip(loop_panels([], [], []), aids, strict=True)
-    ]
+    loops = [replace(panel, marks=[], form="plot") for panel in loop_panels([], [], [])]
     return responses, loops
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from tuner.report.charts.chart import Array, Axis, Disc, Line, Mark, Panel, Points, Rule, Show
 from tuner.report.charts.look import RULE, Look
+from tuner.report.charts.shaded import ShadedLimit, limit_marks
 
 FREQUENCY = "frequency [rad/s]"
 # Part of the plane that Nyquist curves are shown in, and gains [dB] that Bode curves are.
@@ -154,39 +155,43 @@ def axes_of(curves: Sequence[tuple[Array, Array]]) -> LoopAxes:
     return LoopAxes(across, up, *plane)
 
 
-def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark], axes: LoopAxes = LOOP_AXES) -> list[Panel]:
-    """Return the three panels of loops around their marks."""
+def loop_panels(
+    gain: list[Mark],
+    phase: list[Mark],
+    plane: list[Mark],
+    axes: LoopAxes = LOOP_AXES,
+    limits: Sequence[ShadedLimit] = (),
+) -> list[Panel]:
+    """Return the three panels of loops around their marks, with shaded limits."""
     across = axes.frequency
+    over, under, around = limit_marks(limits, across, axes.phase)
     minus_one = Points(look=Look("ink", "cross-thin", size=11), x=np.array([-1.0]), y=np.zeros(1), hover=["−1"])
-    circles = [
-        Disc(look=RULE, x=-1.0, y=0.0, radius=0.5),
-        Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0),
-    ]
+    unit_circle = Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0)
     return [
         Panel(
             "loop-gain",
             "Bode: gain",
             across,
             Axis("gain [dB]", *GAIN_SHOWN),
-            [Rule(look=RULE, axis="y", value=0.0), *gain],
-            aid="Above 0 dB the loop tracks and rejects. Bar: gain margin, read where the phase is −180°.",
+            [*over, Rule(look=RULE, axis="y", value=0.0), *gain],
+            aid="Above 0 dB the loop tracks and rejects. Bar: gain margin, read at −180°; it must reach out of the shaded part.",
         ),
         Panel(
             "loop-phase",
             "Bode: phase",
             across,
             axes.phase,
-            [Rule(look=RULE, axis="y", value=-180.0), *phase],
-            aid="Bar: phase margin, the distance from −180° where the gain is 0 dB.",
+            [*under, Rule(look=RULE, axis="y", value=-180.0), *phase],
+            aid="Bar: phase margin, read at 0 dB; it must reach out of the shaded part.",
         ),
         Panel(
             "loop-nyquist",
             "Nyquist",
             axes.real,
             axes.imaginary,
-            [*circles, *plane, minus_one],
+            [unit_circle, *around, *plane, minus_one],
             square=True,
-            aid="Distance from −1 (cross): outside the dotted circle Ms is below 2. Marks: gain and phase margin.",
+            aid="A curve in the shaded disc around −1, or across a dashed line, violates a limit. Marks: gain and phase margin.",
         ),
     ]
 

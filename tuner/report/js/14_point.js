@@ -24,6 +24,7 @@ function showPoint() {
   byId("choose-point").value = row.name;
   byId("point-name").textContent = heading(row.name);
   byId("point-state").textContent = row.point.texts.state;
+  byId("point-why").textContent = row.point.texts.why;
   // The table at the top tells of the recommended point what stands here of any other.
   byId("point-numbers").open = row.layer !== "tuned";
   byId("point-metrics").replaceChildren(metricsTable(row));
