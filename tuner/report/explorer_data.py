@@ -9,7 +9,7 @@
                                        limited quantities, `texts`, and what differs in their gains files (`patch`)
     states                             what a point of each layer is
     candidates                         what the search tried next to them: number, state, values, packed
-    layers                             how the points look: label, marker and line of plotly.js
+    layers, pins                       how the points and pins look: label, marker and line of plotly.js
     responses                          {scenarios, flights: {SCENARIO: {POINT: number of its worst flight}}}, or null
     charts, arrays                     see `charts.web`
 
@@ -25,6 +25,7 @@ from tuner.documents.summary import TableRow, VariableRow
 from tuner.documents.tuning import SHOWN, TuningFolder
 from tuner.report.charts.chart import span_of
 from tuner.report.charts.front import LAYERS, LOG_FACTOR, shown_range, shown_rows
+from tuner.report.charts.look import PINS
 from tuner.report.charts.web import Arrays, WebPanel, finite, line_of, marker_of, packed, singles
 from tuner.report.gains_section import place_of
 from tuner.report.labels import definition_text, named, titles_of
@@ -57,6 +58,7 @@ def explorer_data(
         "points": [_point(results, row, values[row]) for row in range(len(results.held_out_front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
+        "pins": [{"marker": marker_of(look), "line": line_of(look)} for look in PINS],
         "margins": margin_heads(results) if results.loops else None,
         "states": {**STATES, "tuned": results.called},
         "responses": _responses(results),

@@ -12,10 +12,10 @@ from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
 NOTHING = Markup()
-WALK = "Arrow keys step through the finalists, Escape clears the selection."
+WALK = "Arrow keys step through the finalists, P pins the picked one, Escape clears the selection."
 AID = (
     "A selection in one view, by a drawn box or a slider, applies to all views, the table and the charts below. Click a mark, or "
-    "use the arrow keys, to pick a point."
+    "use the arrow keys, to pick a point. Shift-click or P pins it: up to four points are laid over each other below."
 )
 
 

@@ -134,12 +134,12 @@ def titles_of(results: "TuningFolder") -> dict[str, str]:
     The name is behind them; a point without words has its name alone.
     """
     front = results.held_out_front
-    words = {entry.point: f"{_point_words(results, entry.name)} ({entry.point})" for entry in results.document.points}
+    words = {entry.point: f"{point_words(results, entry.name)} ({entry.point})" for entry in results.document.points}
     words |= {results.tuned: results.shown_name, DEFAULT: f"default {results.gains_noun}"}
     return {point: words.get(point, point) for point in front.points}
 
 
-def _point_words(results: "TuningFolder", name: str) -> str:
+def point_words(results: "TuningFolder", name: str) -> str:
     """Return the name of a named point in words: "least position error (ITAE)"."""
     kind, _, metric = name.partition("-")
     is_metric = kind == "least" and metric in [row.metric for row in results.objectives]

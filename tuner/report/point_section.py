@@ -87,6 +87,7 @@ def _choice() -> Markup:
         element("label", "Point ", element("select", id="choose-point")),
         element("button", "← Previous", type="button", id="previous"),
         element("button", "Next →", type="button", id="next"),
+        element("button", "Pin", type="button", id="pin", aria_pressed="false"),
         element("button", "Save gains.json", type="button", id="save-point"),
         element("button", "Copy gains", type="button", id="copy-point"),
     )
@@ -119,7 +120,8 @@ def _behind(results: TuningFolder) -> list[Markup]:
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
     switch = element("label", box, sample(DEFAULT_LOOK, marked=False), " default", class_="switch")
-    return [element("div", switch, *shown, class_="controls lines-key")]
+    pins = element("div", id="pins", class_="controls", role="group", aria_label="Pinned points")
+    return [element("div", switch, *shown, class_="controls lines-key"), pins]
 
 
 def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:

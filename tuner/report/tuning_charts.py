@@ -57,7 +57,7 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
         first, show = loops[0], {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
         look, name = role_look(results.held_out_front.role(first.point)), _title(results, first.point)
         if first.state:
-            look, name = worst_look(look), f"{name} in {first.state}"
+            look, name, show["part"] = worst_look(look), f"{name} in {first.state}", "worst"
         curve = first.frequency, first.response, look, name, show
         for part, marks in zip(parts, (*bode_marks(*curve), nyquist_marks(*curve)), strict=True):
             part += marks

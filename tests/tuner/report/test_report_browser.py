@@ -265,6 +265,38 @@ def test_the_address_opens_the_page_at_a_point(browser, three):
     reader.close()
 
 
+def medians(reader):
+    """Colour of the line of each point in the first response, by the words that its tip begins with."""
+    lines = [one for one in reader.plotted("response-0") if "[%{customdata" in one.get("hovertemplate", "")]
+    return {one["hovertemplate"].split(":")[0]: one["line"]["color"] for one in lines}
+
+
+def test_pins_lay_points_over_the_picked_one_and_stay_in_the_address(browser, three):
+    reader = Reader(browser, three, point="p0107&pins=p0103,nobody,default,p0103")
+    page = reader.page
+    ink = "name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()"
+    assert set(medians(reader)) == {"default gains", "p0107", "p0103"}
+    assert medians(reader)["p0103"] == page.evaluate(ink, "c4")
+    page.click('#finalists [data-pin="p0104"]')
+    page.focus("#parallel")
+    page.keyboard.press("p")
+    assert page.url.endswith("#point=p0107&pins=p0103,p0104,p0107")
+    # The picked point keeps its own look, and has that of its pin as soon as another is picked.
+    assert medians(reader)["p0107"] == page.evaluate(ink, "tuned")
+    reader.pick("p0101")
+    assert medians(reader)["p0107"] == page.evaluate(ink, "c5")
+    # Four at most.
+    page.click("#pin")
+    assert page.is_disabled('#finalists [data-pin="p0105"]')
+    row = rows(three)["p0103"]
+    label = code_of(reader.data()["objectives"][0])
+    assert significant(float(row[f"held_out:{label}"]), 2) in page.inner_text("#point-metrics")
+    for name in ("p0103", "p0104", "p0107", "p0101"):
+        page.click(f'#finalists [data-pin="{name}"]')
+    assert page.url.endswith("#point=p0101") and page.locator("#pins button").count() == 0
+    reader.close()
+
+
 def test_margins_are_marked_where_they_are_met(reader):
     reader.pick("p0101")
     for panel, words in (("loop-gain", "gain margin"), ("loop-phase", "phase margin"), ("loop-nyquist", "margin")):

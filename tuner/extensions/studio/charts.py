@@ -7,17 +7,14 @@ from tuner.documents.tables import Fan
 from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
-from tuner.report.charts.look import DEFAULT, TUNED, Look
+from tuner.report.charts.look import DEFAULT, PINS, TUNED, Look
 from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
 from tuner.report.charts.shaded import ShadedLimit
 
 LOOKS = {
     "default": DEFAULT,
     "tuned": TUNED,
-    "pin1": Look("c4", "triangle-up", dash=(9, 3, 2, 3), size=10),
-    "pin2": Look("c6", "triangle-down", dash=(4, 2), size=10),
-    "pin3": Look("c5", "hexagon", dash=(12, 3, 2, 2, 2, 3), size=10),
-    "pin4": Look("c7", "x", dash=(14, 4), size=10),
+    **{f"pin{number}": look for number, look in enumerate(PINS, 1)},
     "here": Look("other", "circle", size=12, width=2.4),
 }
 """Key of a setting -> its look, from back to front."""

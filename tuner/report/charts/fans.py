@@ -40,7 +40,7 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
     """Return band and median of a fan, and its worst flight; parts: the page switches band and median one by one."""
     both = {
         "look": look._replace(opacity=0.2),
-        "show": {**show, "part": "band"} if parts else show,
+        "show": {**show, "part": "band"},
         "coarse": not parts,
     }
     line = {"look": look._replace(width=1.1) if parts else look, "show": {**show, "part": "median"} if parts else show}
@@ -51,7 +51,7 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
         Line(name=name, x=fan.time, y=fan.median, tips=tips, tip=tip, coarse=not parts, **line),
     ]
     if fan.worst is not None and np.isfinite(fan.worst).all():
-        thin = {"look": worst_look(look), "show": show, "coarse": True}
+        thin = {"look": worst_look(look), "show": {**show, "part": "worst"}, "coarse": True}
         worst = Line(name=f"worst case of {name}", x=fan.time, y=fan.worst, tip="%{y:.3~f}", **thin)
         marks.insert(1, worst)
     return marks

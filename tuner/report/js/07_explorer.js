@@ -52,7 +52,7 @@ function layerTraces(layer, i, j, axes, scale) {
     trace.marker.size = turns.map((turn) => (turn === null ? look.size : 13) * scale);
   }
   const inside = rows.filter((_, k) => turns[k] === null);
-  return [...barTraces(layer, inside, i, j, axes), trace, ...crossTraces(rows, i, j, axes, scale), ...ringTraces(rows, picked, i, j, axes, scale)];
+  return [...barTraces(layer, inside, i, j, axes), trace, ...crossTraces(rows, i, j, axes, scale), ...ringTraces(rows, picked, i, j, axes, scale), ...pinTraces(rows, i, j, axes, scale)];
 }
 
 // Held-out intervals of the objectives; gains have none.
@@ -79,6 +79,11 @@ const crossTraces = (rows, i, j, axes, scale) => overlay(rows.filter((row) => ro
   { symbol: "x-thin", size: 14 * scale, line: { width: 2, color: colour("bad") } }, { part: "lost" });
 const ringTraces = (rows, picked, i, j, axes, scale) => overlay(rows.filter((row) => row.name === picked), i, j, axes,
   { symbol: "circle-open", size: 21 * scale, line: { width: 2, color: colour("ink") } }, { part: "ring" });
+// The symbol of its pin around each pinned point.
+const pinTraces = (rows, i, j, axes, scale) => rows.filter((row) => pinLook(row.name)).flatMap((row) => {
+  const { marker } = pinLook(row.name);
+  return overlay([row], i, j, axes, { symbol: `${marker.symbol}-open`, size: 19 * scale, color: resolved(marker.color), line: { width: 2.5 } }, { part: "pin" });
+});
 
 const spanLook = (dimension) => ({
   ...(dimension.log ? { type: "log", dtick: "D2", range: [dimension.low, dimension.high].map(Math.log10) } : { range: [dimension.low, dimension.high] }),
@@ -113,6 +118,7 @@ function addKeys(element, dimension, more = {}) {
   element.addEventListener("keydown", (event) => {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     if (more[event.key]) more[event.key](event);
+    else if (event.key.toLowerCase() === "p") togglePin(store.get().picked);
     else if (event.key in steps) pick(neighbour(dimension(), steps[event.key]));
     else if (event.key === "Escape") store.set({ ranges: Object.freeze({}) });
     else return;
@@ -130,7 +136,7 @@ function startPlane() {
       yaxis: { ...spanLook(dimensions[y]), title: { text: escaped(axisTitle(dimensions[y])) } } };
     return { traces, layout: layoutOf({ ...look, ...selecting, shapes: rangeShapes(x, y, {}), annotations: names(x, y) }) };
   };
-  const made = addChart("plane", ["ranges", "off", "picked", "x", "y"], build, (element) => addSelecting(element,
+  const made = addChart("plane", ["ranges", "off", "picked", "pins", "x", "y"], build, (element) => addSelecting(element,
     ({ x, y }) => [[store.get().x, x], [store.get().y, y]],
     () => store.set({ ranges: withRange(withRange(store.get().ranges, store.get().x, null), store.get().y, null) })));
   if (made) addKeys(made.element, () => store.get().x);
@@ -147,11 +153,11 @@ function stairs() {
 function names(i, j) {
   const { picked } = store.get();
   const place = (d, row) => warped(held(row.values[d], dimensions[d]), dimensions[d].log);
-  return finalists.filter((row) => row.name === picked || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer)))
+  return finalists.filter((row) => row.name === picked || pinLook(row.name) || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer)))
     .filter((row) => [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
       const right = placeIn(dimensions[i], row.values[i]) > 0.8;
       return { x: place(i, row), y: place(j, row), text: escaped(row.point.title), showarrow: false,
-        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: colour(["default", "tuned"].includes(row.layer) ? row.layer : "ink"), size: 12, weight: 600 } };
+        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: resolved(pinLook(row.name)?.line.color ?? (["default", "tuned"].includes(row.layer) ? `@${row.layer}` : "@ink")), size: 12, weight: 600 } };
     });
 }
 
@@ -178,7 +184,7 @@ function startMatrix() {
     const { xaxis, yaxis } = axes(k);
     return range[xaxis] && range[yaxis] ? [[i, range[xaxis]], [j, range[yaxis]]] : [];
   });
-  const made = addChart("matrix", ["ranges", "off", "picked"], build,
+  const made = addChart("matrix", ["ranges", "off", "picked", "pins"], build,
     (element) => addSelecting(element, of, () => store.set({ ranges: Object.freeze({}) })));
   if (made) addKeys(made.element, () => 0);
 }

@@ -10,7 +10,7 @@ function startPoint() {
   byId("save-point").addEventListener("click", () => saveGains(store.get().picked));
   byId("copy-point").addEventListener("click", (event) => copyText(gainsText(store.get().picked), event.currentTarget));
   for (const show of [showPoint, showMargins]) {
-    store.on(["picked"], show);
+    store.on(["picked", "pins"], show);
     show();
   }
   store.on(["picked", "scenario"], tellResponses);
@@ -26,22 +26,24 @@ function showPoint() {
   byId("point-state").textContent = row.point.texts.state;
   byId("point-why").textContent = row.point.texts.why;
   // The table at the top tells of the recommended point what stands here of any other.
-  byId("point-numbers").open = row.layer !== "tuned";
+  byId("point-numbers").open = row.layer !== "tuned" || store.get().pins.length > 0;
   byId("point-metrics").replaceChildren(metricsTable(row));
   recommendedGains ??= byId("point-gains").firstElementChild;
   byId("point-gains").replaceChildren(row.layer === "tuned" ? recommendedGains : gainsTable(row));
 }
 
-// Rows of every quantity: its limit, the default, this point, the difference and the verdict.
+// Rows of every quantity: its limit, the default, this point, the difference and the verdict, then the pinned points.
 function metricsTable({ point }) {
+  const others = store.get().pins.filter((name) => name !== point.name);
   const rows = data.quantities.map((entry, i) => {
     const { value, difference, verdict, style } = point.texts.quantities[i];
+    const pinned = others.map((name) => numberCell(byName.get(name).point.texts.quantities[i].value));
     return [
       term(entry.label, entry.definition), entry.unit, entry.limit, ...[entry.default, value, difference].map(numberCell),
-      make("span", { class: `verdict ${style}` }, verdict),
+      make("span", { class: `verdict ${style}` }, verdict), ...pinned,
     ];
   });
-  return tableOf(["Quantity", "Unit", "Limit", "Default", heading(point.name), "Difference", "Verdict"], rows, { class: "stacked" });
+  return tableOf(["Quantity", "Unit", "Limit", "Default", heading(point.name), "Difference", "Verdict", ...others.map(heading)], rows, { class: "stacked" });
 }
 
 function gainsTable({ point }) {
