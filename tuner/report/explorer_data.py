@@ -2,7 +2,7 @@
 
     tuned                              name of the recommended point, or of the one nearest to feasible
     gains_file, gains_name             gains.json, or infeasible.json, as it stands in the folder, and its name
-    objectives, variables, limits      dimensions of the explorer: label or name, unit, definition, range shown, sense of limits
+    objectives, variables, limits      dimensions of the explorer: label or name, unit, definition, range shown, limit and sense
     quantities, margins                rows and headings of the tables of a point, see `point_texts`; margins: null without loops
     columns                            numbers of every finalist that have a column: name, form, heading, meaning
     points                             default and finalists: name, title in words, objectives as shown with their ends, gains,
@@ -74,7 +74,7 @@ def _objective(results: TuningFolder, i: int) -> dict[str, JsonValue]:
 
 def _limit(results: TuningFolder, entry: TableRow, values: np.ndarray) -> dict[str, JsonValue]:
     shown = span_of([values[shown_rows(results.held_out_front)], np.array([entry.limit])], LOG_FACTOR, 0.07)
-    about = {**_about(results, entry), "sense": entry.sense}
+    about = {**_about(results, entry), "sense": entry.sense, "limit": entry.limit}
     return {**about, "low": shown.low, "high": shown.high, "log": shown.log}
 
 

@@ -1,11 +1,12 @@
 """The charts of a tuning page: responses and loops of every finalist, shown for whichever is picked."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from tuner.documents.tables import Fan
-from tuner.documents.tuning import TuningFolder
+from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
@@ -34,7 +35,36 @@ def response_panels(results: TuningFolder) -> list[Panel]:
     recorded = [fans.thinned(fan, most) for fan in results.fans if fan.point in points]
     names = sorted(dict.fromkeys(fan.signal for fan in recorded), key=fans.is_rotor)
     shown = common_range(recorded)
-    return [_signal(results, [fan for fan in recorded if fan.signal == name], k, shown) for k, name in enumerate(names)]
+    panels = [
+        _signal(results, [fan for fan in recorded if fan.signal == name], k, shown) for k, name in enumerate(names)
+    ]
+    return [*panels, *top_view(results, recorded)]
+
+
+def top_view(results: TuningFolder, recorded: Sequence[Fan]) -> list[Panel]:
+    """Return the tracks of flights in x and y against their reference; none of plants and of attitude mode."""
+    by_signal = {(fan.scenario, fan.point, fan.signal): fan for fan in recorded}
+    marks, references = list[Mark](), list[Mark]()
+    for (scenario, point, signal), x in sorted(by_signal.items(), key=lambda item: item[0][1] != DEFAULT):
+        y = by_signal.get((scenario, point, "y"))
+        if not results.has_rotors or signal != "x" or y is None:
+            continue
+        if point == results.tuned and np.isfinite([x.reference, y.reference]).all():
+            references += fans.reference(x.reference, y.reference, {"scenario": scenario})
+        show = {"point": point, "scenario": scenario}
+        marks += fans.track_marks(x, y, role_look(results.held_out_front.role(point)), _title(results, point), show)
+    aid = "Thick: medians of x and y over flights; thin: the worst flight; dotted: reference."
+    panel = Panel(
+        "top-view",
+        "Top view",
+        Axis("x [m]"),
+        Axis("y [m]"),
+        [*marks, *references],
+        form="plot top",
+        aid=aid,
+        square=True,
+    )
+    return [panel] if marks else []
 
 
 def spectrum_panels(results: TuningFolder) -> list[Panel]:

@@ -265,6 +265,31 @@ def test_the_address_opens_the_page_at_a_point(browser, three):
     reader.close()
 
 
+def test_a_slice_shows_every_candidate_and_shades_the_limit(reader):
+    page, data = reader.page, reader.data()
+    gain = len(data["objectives"]) + 1
+    page.select_option("#axis-slice", str(gain))
+    table = read_frame(sorted((reader.folder / "generations").iterdir())[-1]).set_index("candidate")
+    drawn = {
+        name: place
+        for trace in reader.plotted("slices")
+        for name, *place in zip(trace.get("ids", []), trace["x"], trace["y"], strict=False)
+    }
+    first, second = data["objectives"][0], data["variables"][1]
+    seen = {int(name.split()[1]): place for name, place in drawn.items() if name.startswith("candidate ")}
+    mine = table[table[f"objective:{code_of(first)}"].between(first["low"], first["high"])]
+    assert set(mine.index) <= set(seen) and len(mine) > 5
+    for number, row in mine.iterrows():
+        wanted = [row[f"gain:{second['name']}"], row[f"objective:{code_of(first)}"]]
+        assert seen[int(str(number))] == pytest.approx(wanted, rel=1e-6)
+    limit = next(entry for entry in data["limits"] if code_of(entry) == "phase_margin")
+    page.select_option("#axis-against", label=f"{limit['label']} [°]")
+    reader.plotted("slices")
+    (shape,) = [one for one in reader.layout("slices")["shapes"] if one.get("xref") == "paper"]
+    # Below 35 deg, which the study asks for.
+    assert (shape["y0"], shape["y1"]) == pytest.approx((limit["low"], 35.0))
+
+
 def medians(reader):
     """Colour of the line of each point in the first response, by the words that its tip begins with."""
     lines = [one for one in reader.plotted("response-0") if "[%{customdata" in one.get("hovertemplate", "")]

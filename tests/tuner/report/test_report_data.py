@@ -171,6 +171,21 @@ def test_responses_are_those_of_the_folder(folder):
     assert checked == len(data["responses"]["scenarios"]) * 15 * 10 * 2
 
 
+def test_the_top_view_has_the_tracks_of_the_folder(folder):
+    data = data_of(folder)
+    table: Any = read_frame(folder / "responses.npz")
+    for point in ("default", "p0104"):
+        mine = {
+            signal: table[(table.scenario == "gusts") & (table.point == point) & (table.signal == signal)]
+            for signal in "xy"
+        }
+        median, worst = [series for _, series in marks(data, "top-view", scenario="gusts", point=point)]
+        step = -(-len(mine["x"]) // len(median["x"]))
+        for name, series in (("median", median), ("worst", worst)):
+            for signal in "xy":
+                assert_near(series[signal], mine[signal][name].to_numpy()[::step], off=1e-4)
+
+
 def test_loops_are_those_of_the_folder(folder):
     data = data_of(folder)
     rows = read_rows(folder / "margins.npz")

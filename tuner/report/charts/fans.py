@@ -64,6 +64,26 @@ def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
     return [Line(name="reference", look=REFERENCE, x=time, y=values, tip="%{y:.3~f}", show=show)]
 
 
+def track_marks(x: Fan, y: Fan, look: Look, name: str, show: Show) -> list[Mark]:
+    """Return tracks seen from above: of the medians, and of the worst flight.
+
+    Args:
+        x: Position along x.
+        y: Position along y at the same instants.
+        look: Look of the point.
+        name: Name of the point.
+        show: When the page shows the marks.
+    """
+    tip = "%{x:.2f}, %{y:.2f} m"
+    marks: list[Mark] = [Line(name=name, look=look, x=x.median, y=y.median, tip=tip, coarse=True, show=show)]
+    if x.worst is not None and y.worst is not None:
+        worst, thin = {**show, "part": "worst"}, worst_look(look)
+        marks.append(
+            Line(name=f"worst case of {name}", look=thin, x=x.worst, y=y.worst, tip=tip, coarse=True, show=worst)
+        )
+    return marks
+
+
 def bounds(
     time: np.ndarray, values: np.ndarray, limit: float, name: str, shown: tuple[float, float], show: Show
 ) -> list[Mark]:

@@ -40,6 +40,8 @@ const store = makeStore({
   off: Object.freeze([...document.querySelectorAll("[data-layer]:not(:checked)")].map((box) => box.dataset.layer)),
   x: 0,
   y: Math.min(1, dimensions.length - 1),
+  slice: objectives.length,
+  against: 0,
   gains: false,
   limits: false,
   scenario: byId("choose-scenario")?.value ?? data.responses?.scenarios[0],

@@ -1,5 +1,7 @@
 // The views of the trade-off: what all share, the plane and the scatter matrix. Every point is a mark of its layer.
 
+// Keys of the state that every view shows.
+const SEEN = ["ranges", "off", "picked", "pins"];
 const ORDER = ["infeasible", "searched", "finalist", "front", "start", "default", "tuned"];
 const axisTitle = ({ name, label, unit }) => (unit ? `${name ?? label} [${unit}]` : name ?? label);
 const inSpan = (value, { low, high }) => value >= low && value <= high;
@@ -31,9 +33,9 @@ function beyond(row, i, j) {
 
 // The marks of one layer in two dimensions. What was flown on held-out scenarios is drawn wherever it lies, as an arrow head at
 // the edge where that is beyond the axes.
-function layerTraces(layer, i, j, axes, scale) {
+function layerTraces(layer, i, j, axes, scale, rowsFrom = rowsOf(layer, scale < 1 ? 600 : 6000)) {
   const { marker } = data.layers[layer];
-  const rows = rowsOf(layer, scale < 1 ? 600 : 6000).filter((row) => [i, j].every((k) => isNumber(row.values[k]))
+  const rows = rowsFrom.filter((row) => [i, j].every((k) => isNumber(row.values[k]))
     && (row.low || beyond(row, i, j) === null));
   if (!rows.length) return [];
   const { ranges, picked } = store.get();
@@ -99,6 +101,17 @@ function rangeShapes(i, j, refs) {
   return [{ type: "rect", ...refs, x0, x1, y0, y1, layer: "below", fillcolor: faded("tuned", 0.08), line: { color: faded("tuned", 0.7), width: 1, dash: "4px,3px" } }];
 }
 
+// A part of an axis that the study forbids, across the whole panel.
+function shade(axis, from, to) {
+  const other = axis === "x" ? "y" : "x";
+  return { type: "rect", [`${axis}0`]: from, [`${axis}1`]: to, [`${other}ref`]: "paper", [`${other}0`]: 0, [`${other}1`]: 1,
+    layer: "below", fillcolor: faded("bad", 0.12), line: { width: 0 } };
+}
+
+// Beyond the limit, on axes of limited quantities.
+const limitShapes = (i, j) => [["x", dimensions[i]], ["y", dimensions[j]]].filter(([, { limit }]) => limit !== undefined)
+  .map(([axis, { low, high, limit, sense }]) => (sense === "min" ? shade(axis, low, Math.max(low, limit)) : shade(axis, Math.min(high, limit), high)));
+
 // Clicks pick, boxes select, double clicks let go. found(range) -> [dimension, [low, high]] pairs.
 function addSelecting(element, found, release) {
   addPicking(element);
@@ -134,9 +147,9 @@ function startPlane() {
     if (objectives.length === 2 && x === 0 && y === 1) traces.unshift(...stairs());
     const look = { xaxis: { ...spanLook(dimensions[x]), title: { text: escaped(axisTitle(dimensions[x])) } },
       yaxis: { ...spanLook(dimensions[y]), title: { text: escaped(axisTitle(dimensions[y])) } } };
-    return { traces, layout: layoutOf({ ...look, ...selecting, shapes: rangeShapes(x, y, {}), annotations: names(x, y) }) };
+    return { traces, layout: layoutOf({ ...look, ...selecting, shapes: [...limitShapes(x, y), ...rangeShapes(x, y, {})], annotations: names(x, y) }) };
   };
-  const made = addChart("plane", ["ranges", "off", "picked", "pins", "x", "y"], build, (element) => addSelecting(element,
+  const made = addChart("plane", [...SEEN, "x", "y"], build, (element) => addSelecting(element,
     ({ x, y }) => [[store.get().x, x], [store.get().y, y]],
     () => store.set({ ranges: withRange(withRange(store.get().ranges, store.get().x, null), store.get().y, null) })));
   if (made) addKeys(made.element, () => store.get().x);
@@ -149,16 +162,27 @@ function stairs() {
     line: { shape: "hv", width: 1.2, dash: "1px,3px", color: colour("front") }, meta: { part: "stairs" } }];
 }
 
-// Names beside the marks that matter.
-function names(i, j) {
+// Names beside the marks that matter, or beside all that have words.
+function names(i, j, all = false) {
   const { picked } = store.get();
   const place = (d, row) => warped(held(row.values[d], dimensions[d]), dimensions[d].log);
-  return finalists.filter((row) => row.name === picked || pinLook(row.name) || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer)))
-    .filter((row) => [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
-      const right = placeIn(dimensions[i], row.values[i]) > 0.8;
-      return { x: place(i, row), y: place(j, row), text: escaped(row.point.title), showarrow: false,
-        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: resolved(pinLook(row.name)?.line.color ?? (["default", "tuned"].includes(row.layer) ? `@${row.layer}` : "@ink")), size: 12, weight: 600 } };
-    });
+  const matters = (row) => row.name === picked || pinLook(row.name) || (all && row.point.title !== row.name) || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer));
+  const taken = [];
+  return finalists.filter((row) => matters(row) && [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
+    const right = placeIn(dimensions[i], row.values[i]) > 0.8;
+    return { x: place(i, row), y: place(j, row), text: escaped(row.point.title), showarrow: false, xanchor: right ? "right" : "left", yanchor: "bottom",
+      xshift: right ? -10 : 10, yshift: freeShift(taken, placeIn(dimensions[i], row.values[i]), placeIn(dimensions[j], row.values[j]), row.point.title.length, right),
+      font: { color: resolved(pinLook(row.name)?.line.color ?? (["default", "tuned"].includes(row.layer) ? `@${row.layer}` : "@ink")), size: 12, weight: 600 } };
+  });
+}
+
+// A shift upwards that keeps a name off those before it, in pixels of a small panel.
+function freeShift(taken, x, y, letters, right) {
+  const [begin, end] = right ? [600 * x - 7 * letters, 600 * x] : [600 * x, 600 * x + 7 * letters];
+  const clear = (shift) => 260 * y + shift < 250 && taken.every((one) => Math.abs(one.at - 260 * y - shift) > 14 || one.end < begin || one.begin > end);
+  const shift = [3, -17, 18, -32, 33, -47, 48].find(clear) ?? 3;
+  taken.push({ begin, end, at: 260 * y + shift });
+  return shift;
 }
 
 function startMatrix() {
@@ -184,7 +208,7 @@ function startMatrix() {
     const { xaxis, yaxis } = axes(k);
     return range[xaxis] && range[yaxis] ? [[i, range[xaxis]], [j, range[yaxis]]] : [];
   });
-  const made = addChart("matrix", ["ranges", "off", "picked", "pins"], build,
+  const made = addChart("matrix", SEEN, build,
     (element) => addSelecting(element, of, () => store.set({ ranges: Object.freeze({}) })));
   if (made) addKeys(made.element, () => 0);
 }

@@ -3,7 +3,7 @@
 function startSpace() {
   const turn = { azimuth: -1.0, height: 0.45 };
   const eye = () => ({ x: 2 * Math.cos(turn.azimuth) * Math.cos(turn.height), y: 2 * Math.sin(turn.azimuth) * Math.cos(turn.height), z: 2 * Math.sin(turn.height) });
-  const made = addChart("space", ["ranges", "off", "picked", "pins"], () => ({ traces: ORDER.flatMap(spaceTraces), layout: spaceLayout(eye()) }), (element) => {
+  const made = addChart("space", SEEN, () => ({ traces: ORDER.flatMap(spaceTraces), layout: spaceLayout(eye()) }), (element) => {
     addPicking(element);
     element.on("plotly_relayout", () => {
       const { x, y, z } = element.layout.scene.camera.eye;

@@ -26,7 +26,7 @@ function startParallel() {
     const axis = axes()[nearest()];
     return [[axis.index, y.map((place) => valueAt(axis, Math.min(Math.max(place, 0), 1)))]];
   };
-  const made = addChart("parallel", ["ranges", "off", "picked", "pins", "gains", "limits"], build, (element) => addSelecting(element, found,
+  const made = addChart("parallel", [...SEEN, "gains", "limits"], build, (element) => addSelecting(element, found,
     () => store.set({ ranges: withRange(store.get().ranges, axes()[nearest()].index, null) })));
   if (!made) return;
   made.element.addEventListener("pointerdown", (event) => {

@@ -11,7 +11,7 @@ function startControls() {
       store.set({ off: Object.freeze(box.checked ? others : [...others, box.dataset.layer]) });
     });
   }
-  for (const key of ["x", "y"]) {
+  for (const key of ["x", "y", "slice", "against"]) {
     const choice = byId(`axis-${key}`);
     choice?.addEventListener("change", () => store.set({ [key]: Number(choice.value) }));
   }

@@ -48,6 +48,7 @@ if (finalists.length) {
   startSpace();
   startMatrix();
   startParallel();
+  startSlices();
   startFinalists();
   startPoint();
   startPins();
