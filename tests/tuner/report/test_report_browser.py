@@ -196,6 +196,45 @@ def test_a_phone_folds_all_sections_but_the_first_and_links_unfold_them(browser,
     reader.close()
 
 
+@pytest.mark.parametrize("objectives", [2, 4])
+def test_the_answer_is_on_the_first_screen_of_a_phone(browser, folder_with, objectives):
+    page = offline_page(browser, 390, height=844)
+    page.add_init_script(ENDLESS)
+    page.goto((folder_with(objectives) / "report.html").resolve().as_uri())
+    last = page.locator("header .lead").last.bounding_box()
+    assert page.locator(".answer").bounding_box()["y"] > 0.0 and last["y"] + last["height"] < 844
+    page.context.close()
+
+
+def test_nothing_overlaps_on_paper(browser, folder_with):
+    page = offline_page(browser, 794)
+    address = (folder_with(2) / "report.html").resolve().as_uri()
+    page.goto(f"{address}#point=p0107&pins=p0103")
+    page.wait_for_selector("html[data-ready]", state="attached")
+    page.emulate_media(media="print")
+    page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    boxes = page.eval_on_selector_all(
+        "header > *, .opening > *, section p, section table, section figure, section summary, #pins > *",
+        "all => all.map((one) => one.getBoundingClientRect()).filter((box) => box.width * box.height > 0)"
+        ".map((box) => [box.left, box.top, box.right, box.bottom])",
+    )
+    overlaps = [
+        (one, other)
+        for k, one in enumerate(boxes)
+        for other in boxes[k + 1 :]
+        if min(one[2], other[2]) - max(one[0], other[0]) > 1.0
+        and min(one[3], other[3]) - max(one[1], other[1]) > 1.0
+        # What lies within another is a part of it.
+        and not (
+            other[0] >= one[0] - 1 and other[2] <= one[2] + 1 and other[1] >= one[1] - 1 and other[3] <= one[3] + 1
+        )
+    ]
+    assert len(boxes) > 30 and overlaps == []
+    assert max(box[2] for box in boxes) <= 794
+    assert "p0103" in page.inner_text("#pins")
+    page.context.close()
+
+
 def test_brush_in_one_view_filters_all_others(reader):
     page, folder = reader.page, reader.folder
     before = {name: reader.drawn(name) for name in ("space", "matrix", "parallel")}

@@ -18,7 +18,7 @@ const canPin = (name) => name !== "default" && (store.get().pins.includes(name) 
 const pinButton = (name) => make("button", {
   type: "button", class: "pinner", "data-pin": name, "aria-pressed": String(store.get().pins.includes(name)), disabled: !canPin(name),
   "aria-label": `Pin ${wordsOf(name)}`, onclick: () => togglePin(name),
-}, store.get().pins.includes(name) ? "Pinned" : "Pin");
+}, "Pin");
 
 // The line of a pin, as charts draw it.
 const pinSample = ({ line }) => draw("svg", { class: "icon", viewBox: "0 0 40 16", width: 40, height: 16, "aria-hidden": "true" },
@@ -26,7 +26,6 @@ const pinSample = ({ line }) => draw("svg", { class: "icon", viewBox: "0 0 40 16
 
 function showPinned() {
   const { picked, pins } = store.get();
-  byId("pin").textContent = pins.includes(picked) ? "Unpin" : "Pin";
   byId("pin").setAttribute("aria-pressed", String(pins.includes(picked)));
   byId("pin").disabled = !canPin(picked);
   byId("pins").replaceChildren(...pins.map((name, k) => make("span", { class: "key" }, pinSample(data.pins[k]),
