@@ -160,7 +160,7 @@ def below(folder, label, level, low=-inf):
 
 def test_page_of_each_number_of_objectives_works_without_network(opened):
     count = len(opened.data()["objectives"])
-    assert opened.page.locator(".view").count() == {1: 2, 2: 2, 3: 4, 4: 3}[count]
+    assert opened.page.locator(".view").count() == {1: 3, 2: 3, 3: 5, 4: 4}[count]
     for name in ("plane", "parallel", "gap-0", "progress-hypervolume", "response-0", "loop-nyquist"):
         assert opened.plotted(name), name
 

@@ -101,17 +101,6 @@ function rangeShapes(i, j, refs) {
   return [{ type: "rect", ...refs, x0, x1, y0, y1, layer: "below", fillcolor: faded("tuned", 0.08), line: { color: faded("tuned", 0.7), width: 1, dash: "4px,3px" } }];
 }
 
-// A part of an axis that the study forbids, across the whole panel.
-function shade(axis, from, to) {
-  const other = axis === "x" ? "y" : "x";
-  return { type: "rect", [`${axis}0`]: from, [`${axis}1`]: to, [`${other}ref`]: "paper", [`${other}0`]: 0, [`${other}1`]: 1,
-    layer: "below", fillcolor: faded("bad", 0.12), line: { width: 0 } };
-}
-
-// Beyond the limit, on axes of limited quantities.
-const limitShapes = (i, j) => [["x", dimensions[i]], ["y", dimensions[j]]].filter(([, { limit }]) => limit !== undefined)
-  .map(([axis, { low, high, limit, sense }]) => (sense === "min" ? shade(axis, low, Math.max(low, limit)) : shade(axis, Math.min(high, limit), high)));
-
 // Clicks pick, boxes select, double clicks let go. found(range) -> [dimension, [low, high]] pairs.
 function addSelecting(element, found, release) {
   addPicking(element);
@@ -160,29 +149,6 @@ function stairs() {
   const front = finalists.filter((row) => row.point.front).sort((a, b) => a.values[0] - b.values[0]);
   return [{ type: "scatter", mode: "lines", x: front.map((row) => row.values[0]), y: front.map((row) => row.values[1]), hoverinfo: "skip",
     line: { shape: "hv", width: 1.2, dash: "1px,3px", color: colour("front") }, meta: { part: "stairs" } }];
-}
-
-// Names beside the marks that matter, or beside all that have words.
-function names(i, j, all = false) {
-  const { picked } = store.get();
-  const place = (d, row) => warped(held(row.values[d], dimensions[d]), dimensions[d].log);
-  const matters = (row) => row.name === picked || pinLook(row.name) || (all && row.point.title !== row.name) || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer));
-  const taken = [];
-  return finalists.filter((row) => matters(row) && [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
-    const right = placeIn(dimensions[i], row.values[i]) > 0.8;
-    return { x: place(i, row), y: place(j, row), text: escaped(row.point.title), showarrow: false, xanchor: right ? "right" : "left", yanchor: "bottom",
-      xshift: right ? -10 : 10, yshift: freeShift(taken, placeIn(dimensions[i], row.values[i]), placeIn(dimensions[j], row.values[j]), row.point.title.length, right),
-      font: { color: resolved(pinLook(row.name)?.line.color ?? (["default", "tuned"].includes(row.layer) ? `@${row.layer}` : "@ink")), size: 12, weight: 600 } };
-  });
-}
-
-// A shift upwards that keeps a name off those before it, in pixels of a small panel.
-function freeShift(taken, x, y, letters, right) {
-  const [begin, end] = right ? [600 * x - 7 * letters, 600 * x] : [600 * x, 600 * x + 7 * letters];
-  const clear = (shift) => 260 * y + shift < 250 && taken.every((one) => Math.abs(one.at - 260 * y - shift) > 14 || one.end < begin || one.begin > end);
-  const shift = [3, -17, 18, -32, 33, -47, 48].find(clear) ?? 3;
-  taken.push({ begin, end, at: 260 * y + shift });
-  return shift;
 }
 
 function startMatrix() {
