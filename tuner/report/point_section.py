@@ -111,10 +111,11 @@ def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
     if not (results.fans or results.loops) or "default" not in results.held_out_front.roles:
         return []
+    worst = "flight or steady state" if results.worst_loops else "flight"
     keys = [
         (TUNED, "selected point"),
-        (worst_look(TUNED), "its worst flight or steady state"),
-        (worst_look(DEFAULT_LOOK), "worst flight or steady state of the default"),
+        (worst_look(TUNED), f"its worst {worst}"),
+        (worst_look(DEFAULT_LOOK), f"worst {worst} of the default"),
         (REFERENCE, "reference"),
     ]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]

@@ -24,6 +24,7 @@ def why_not(results: TuningFolder, row: int) -> str:
     if results.held_out_front.points[row] == results.tuned:
         role = "Recommended" if results.feasible else "Nearest to feasible"
         reason = in_plain_words(results.document.pick.why.strip().rstrip("."), names_of(results))
+        reason = reason.replace("flights", results.sample_noun)
         return " ".join(filter(None, [f"{role}: {reason}.", violated]))
     return f"Why not this point: {violated or _uncertain(results, row) or _compared(results, row)}"
 

@@ -10,6 +10,7 @@ from tuner.extensions.studio.session import Session
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Panel
 from tuner.report.charts.loops import loop_panels
+from tuner.report.charts.shaded import shaded_limits
 from tuner.report.charts.web import frame
 from tuner.report.page import asset
 from tuner.text.markup import join, safe
@@ -48,7 +49,9 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
         )
         for k, name in enumerate(names)
     ]
-    loops = [replace(panel, marks=[], form="plot") for panel in loop_panels([], [], [])]
+    # Of the limits the words below the charts depend on, not their channels.
+    limits = shaded_limits([(entry.label, entry.limit) for entry in session.study.requirements], ())
+    loops = [replace(panel, marks=[], form="plot") for panel in loop_panels([], [], [], limits=limits)]
     return responses, loops
 
 

@@ -16,6 +16,7 @@ GAIN_SHOWN = (-60.0, 60.0)
 # Part of the plane around -1 that is shown of any loop, air around it, and how far a margin may lie off that is shown as well.
 AROUND = ((-1.6, 0.6), (-1.1, 1.1))
 AIR, FARTHEST = 1.15, 2.5
+REACH = "; it must reach out of the shaded part."
 PHASE_SHOWN, PHASE_STEPS, MAX_STEPS = (-720.0, 180.0), (90.0, 180.0), 6
 
 
@@ -174,7 +175,7 @@ def loop_panels(
             across,
             Axis("gain [dB]", *GAIN_SHOWN),
             [*over, Rule(look=RULE, axis="y", value=0.0), *gain],
-            aid="Above 0 dB the loop tracks and rejects. Bar: gain margin, read at −180°; it must reach out of the shaded part.",
+            aid=f"Above 0 dB the loop tracks and rejects. Bar: gain margin, read at −180°{REACH if over else '.'}",
         ),
         Panel(
             "loop-phase",
@@ -182,7 +183,7 @@ def loop_panels(
             across,
             axes.phase,
             [*under, Rule(look=RULE, axis="y", value=-180.0), *phase],
-            aid="Bar: phase margin, read at 0 dB; it must reach out of the shaded part.",
+            aid=f"Bar: phase margin, read at 0 dB{REACH if under else '.'}",
         ),
         Panel(
             "loop-nyquist",
@@ -191,7 +192,7 @@ def loop_panels(
             axes.imaginary,
             [unit_circle, *around, *plane, minus_one],
             square=True,
-            aid="A curve in the shaded disc around −1, or across a dashed line, violates a limit. Marks: gain and phase margin.",
+            aid="Marks: gain and phase margin. A curve in a shaded disc around −1, or across a dashed line, violates a limit.",
         ),
     ]
 
