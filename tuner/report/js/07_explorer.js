@@ -128,20 +128,27 @@ function addKeys(element, dimension, more = {}) {
   });
 }
 
-function startPlane() {
+// A plane of two dimensions, which two keys of the state name. traces(i, j); across: the axis of the first dimension; shapes(i):
+// further shapes; all: whether every point with words is named.
+function addPlane(id, keys, traces, { across = (i) => dimensions[i], shapes = () => [], all = false } = {}) {
+  const at = () => keys.map((key) => store.get()[key]);
+  const look = (dimension) => ({ ...spanLook(dimension), title: { text: escaped(axisTitle(dimension)) } });
   const build = () => {
-    const { x, y } = store.get();
-    const traces = ORDER.flatMap((layer) => layerTraces(layer, x, y, {}, 1));
-    byId("beyond-legend").hidden = !traces.some((trace) => Array.isArray(trace.marker.symbol));
-    if (objectives.length === 2 && x === 0 && y === 1) traces.unshift(...stairs());
-    const look = { xaxis: { ...spanLook(dimensions[x]), title: { text: escaped(axisTitle(dimensions[x])) } },
-      yaxis: { ...spanLook(dimensions[y]), title: { text: escaped(axisTitle(dimensions[y])) } } };
-    return { traces, layout: layoutOf({ ...look, ...selecting, shapes: [...limitShapes(x, y), ...rangeShapes(x, y, {})], annotations: names(x, y) }) };
+    const [i, j] = at();
+    return { traces: traces(i, j), layout: layoutOf({ xaxis: look(across(i)), yaxis: look(dimensions[j]), ...selecting,
+      shapes: [...shapes(i), ...limitShapes(i, j), ...rangeShapes(i, j, {})], annotations: names(i, j, all) }) };
   };
-  const made = addChart("plane", [...SEEN, "x", "y"], build, (element) => addSelecting(element,
-    ({ x, y }) => [[store.get().x, x], [store.get().y, y]],
-    () => store.set({ ranges: withRange(withRange(store.get().ranges, store.get().x, null), store.get().y, null) })));
-  if (made) addKeys(made.element, () => store.get().x);
+  const made = addChart(id, [...SEEN, ...keys], build, (element) => addSelecting(element, ({ x, y }) => at().map((k, n) => [k, [x, y][n]]),
+    () => store.set({ ranges: at().reduce((ranges, k) => withRange(ranges, k, null), store.get().ranges) })));
+  if (made) addKeys(made.element, () => at()[0]);
+}
+
+function startPlane() {
+  addPlane("plane", ["x", "y"], (i, j) => {
+    const traces = ORDER.flatMap((layer) => layerTraces(layer, i, j, {}, 1));
+    byId("beyond-legend").hidden = !traces.some((trace) => Array.isArray(trace.marker.symbol));
+    return objectives.length === 2 && i === 0 && j === 1 ? [...stairs(), ...traces] : traces;
+  });
 }
 
 // The boundary of what the front of two objectives dominates.
