@@ -28,13 +28,13 @@ function showPinned() {
   const { picked, pins } = store.get();
   byId("pin").setAttribute("aria-pressed", String(pins.includes(picked)));
   byId("pin").disabled = !canPin(picked);
-  byId("pins").replaceChildren(...pins.map((name, k) => make("span", { class: "key" }, pinSample(data.pins[k]),
+  // Without responses and loops there is nothing to lay over each other but marks and values.
+  byId("pins")?.replaceChildren(...pins.map((name, k) => make("span", { class: "key" }, pinSample(data.pins[k]),
     make("button", { type: "button", class: "chip", "data-point": name, onclick: () => pick(name) }, heading(name)),
     make("button", { type: "button", class: "chip", "aria-label": `Remove the pin of ${wordsOf(name)}`, onclick: () => togglePin(name) }, "×"))));
 }
 
 function startPins() {
-  if (!byId("pins")) return;
   byId("pin").addEventListener("click", () => togglePin(store.get().picked));
   store.on(["picked", "pins"], showPinned);
   showPinned();
