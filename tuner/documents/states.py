@@ -46,6 +46,27 @@ def state_table(rows: Sequence[RequiredRow | LimitRow]) -> StateTable | None:
     return StateTable([row.label for row in columns], [row.unit for row in columns], states, values, worst)
 
 
+def tightest_margins(rows: Sequence[RequiredRow]) -> dict[str, RequiredRow]:
+    """Return the margin nearest to its limit by role: "default", "tuned".
+
+    A violated one is the nearer, the further it is beyond. Margins that were looked at in one steady state alone do not
+    count. A distance is taken in shares of the limit.
+
+    Args:
+        rows: Limits in shown units.
+    """
+    by_state = [row for row in rows if row.states]
+    roles = ("default", "tuned") if by_state else ()
+    return {role: min(by_state, key=lambda row: _distance(row, getattr(row, role).value)) for role in roles}
+
+
+def _distance(row: RequiredRow, value: float | None) -> float:
+    """Return the distance of a value from the limit: below 0 beyond it."""
+    if value is None:
+        return inf if row.sense == "min" else -inf
+    return (value - row.limit if row.sense == "min" else row.limit - value) / (abs(row.limit) or 1.0)
+
+
 def by_quantity(rows: Sequence[LimitRow]) -> list[LimitRow]:
     """Return hard limits on margins of single loops as one row for each quantity, in the worst of the loops."""
     groups: dict[str, list[LimitRow]] = {}

@@ -113,6 +113,20 @@ class TuningFolder(OpenedFolder[Summary]):
         """Name of that point in a sentence."""
         return "recommended" if self.feasible else "nearest to feasible"
 
+    @property
+    def gains_noun(self) -> str:
+        """Plural noun of the numbers of a point."""
+        return "values" if self.is_external else "gains"
+
+    @property
+    def shown_name(self) -> str:
+        """Words for that point with its name behind: "tuned gains (p0122)"."""
+        return (
+            f"default {self.gains_noun}"
+            if self.tuned == DEFAULT
+            else f"{self.shown_as} {self.gains_noun} ({self.tuned})"
+        )
+
     @cached_property
     def factors(self) -> np.ndarray:
         """Factors (objectives,) from numbers of files to shown ones."""
@@ -251,6 +265,12 @@ class TuningFolder(OpenedFolder[Summary]):
     def loops(self) -> list[Loop]:
         """Margins and curves of every point and channel; none where there are none in the folder."""
         file = table_file(self.home, "margins")
+        return read_loops(file) if file.exists() else []
+
+    @cached_property
+    def worst_loops(self) -> list[Loop]:
+        """Loops of default and shown gains in their worst states."""
+        file = table_file(self.home, "worst_states")
         return read_loops(file) if file.exists() else []
 
     @cached_property

@@ -104,7 +104,11 @@ class History:
 
 @dataclass(frozen=True)
 class Loop:
-    """One loop of a point at hover: margins as stored, None where unlimited; response (f,) at frequency (f,) [rad/s]."""
+    """One loop of a point: margins as stored, and its curve.
+
+    The response (f,) is at frequency (f,) [rad/s]. A value is None where unlimited. The state is the steady state that it is
+    in, "" for hover or the equilibrium of a plant.
+    """
 
     point: str
     channel: str
@@ -113,6 +117,7 @@ class Loop:
     case: str
     frequency: np.ndarray
     response: np.ndarray
+    state: str = ""
 
 
 def read_loops(file: Path) -> list[Loop]:
@@ -122,6 +127,7 @@ def read_loops(file: Path) -> list[Loop]:
     point, channel, case = (table.coded(name).texts() for name in LOOP_TEXTS)
     values = {name: table.numbers(name).tolist() for name in LOOP_MARGINS}
     stable = table.numbers("stable").tolist()
+    states = table.coded("state").texts() if "state" in table.names else [""] * len(point)
     return [
         Loop(
             point[k],
@@ -131,6 +137,7 @@ def read_loops(file: Path) -> list[Loop]:
             case[k],
             frequency[k],
             real[k] + 1j * imag[k],
+            states[k],
         )
         for k in range(len(point))
     ]

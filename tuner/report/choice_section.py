@@ -23,7 +23,7 @@ def choice_section(results: TuningFolder) -> Markup:
     if not results.feasible:
         return Markup()
     reason = in_plain_words(pick.why.strip().rstrip("."), names_of(results))
-    why = f"Rule {pick.rule}{RULES.get(pick.rule, '')}. {results.tuned}: {reason}."
+    why = f"Rule {pick.rule}{RULES.get(pick.rule, '')}. The {results.shown_name}: {reason}."
     if not picked:
         return aid(why)
     share = (

@@ -1,15 +1,15 @@
 """The data of a tuning page that its scripts use: everything in it is a number or a text of the results folder.
 
-    tuned, called                      name of the recommended point, or of the one nearest to feasible, and what it is called
+    tuned                              name of the recommended point, or of the one nearest to feasible
     gains_file, gains_name             gains.json, or infeasible.json, as it stands in the folder, and its name
-    objectives, variables, limits      dimensions of the explorer: label or name, unit, definition, range shown, sense of limits
+    objectives, variables, limits      dimensions of the explorer: label or name, unit, definition, range shown, limit and sense
     quantities, margins                rows and headings of the tables of a point, see `point_texts`; margins: null without loops
     columns                            numbers of every finalist that have a column: name, form, heading, meaning
-    points                             default and finalists: objectives as shown with their ends, gains, limited quantities,
-                                       `texts`, and what differs in their gains files (`patch`)
+    points                             default and finalists: name, title in words, objectives as shown with their ends, gains,
+                                       limited quantities, `texts`, and what differs in their gains files (`patch`)
     states                             what a point of each layer is
     candidates                         what the search tried next to them: number, state, values, packed
-    layers                             how the points look: label, marker and line of plotly.js
+    layers, pins                       how the points and pins look: label, marker and line of plotly.js
     responses                          {scenarios, flights: {SCENARIO: {POINT: number of its worst flight}}}, or null
     charts, arrays                     see `charts.web`
 
@@ -25,9 +25,10 @@ from tuner.documents.summary import TableRow, VariableRow
 from tuner.documents.tuning import SHOWN, TuningFolder
 from tuner.report.charts.chart import span_of
 from tuner.report.charts.front import LAYERS, LOG_FACTOR, shown_range, shown_rows
+from tuner.report.charts.look import PINS
 from tuner.report.charts.web import Arrays, WebPanel, finite, line_of, marker_of, packed, singles
 from tuner.report.gains_section import place_of
-from tuner.report.labels import definition_text, named
+from tuner.report.labels import definition_text, named, titles_of
 from tuner.report.point_texts import STATES, margin_heads, patch, point_texts, quantity_texts
 from tuner.report.tuning_charts import kept_points
 from tuner.text.numbers import MISSING, significant
@@ -47,7 +48,6 @@ def explorer_data(
     limits, values = limited
     return {
         "tuned": results.tuned,
-        "called": results.called,
         "gains_file": results.gains_text,
         "gains_name": results.document.gains_file,
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
@@ -58,6 +58,7 @@ def explorer_data(
         "points": [_point(results, row, values[row]) for row in range(len(results.held_out_front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
+        "pins": [{"marker": marker_of(look), "line": line_of(look)} for look in PINS],
         "margins": margin_heads(results) if results.loops else None,
         "states": {**STATES, "tuned": results.called},
         "responses": _responses(results),
@@ -73,7 +74,7 @@ def _objective(results: TuningFolder, i: int) -> dict[str, JsonValue]:
 
 def _limit(results: TuningFolder, entry: TableRow, values: np.ndarray) -> dict[str, JsonValue]:
     shown = span_of([values[shown_rows(results.held_out_front)], np.array([entry.limit])], LOG_FACTOR, 0.07)
-    about = {**_about(results, entry), "sense": entry.sense}
+    about = {**_about(results, entry), "sense": entry.sense, "limit": entry.limit}
     return {**about, "low": shown.low, "high": shown.high, "log": shown.log}
 
 
@@ -118,6 +119,7 @@ def _point(results: TuningFolder, row: int, limited: np.ndarray) -> dict[str, ob
     numbers = {"held_out": front.held_out, "low": front.low, "high": front.high, "gains": front.gains}
     return {
         "name": front.points[row],
+        "title": titles_of(results)[front.points[row]],
         "role": front.roles[row],
         "front": bool(front.non_dominated[row]),
         **{entry.name: entry.cell(front.columns, row) for entry in FINALIST_COLUMNS},

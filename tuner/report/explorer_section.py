@@ -1,6 +1,7 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import count
 
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import TuningFolder
@@ -12,26 +13,26 @@ from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
 NOTHING = Markup()
-WALK = "Arrow keys step through the finalists, Escape clears the selection."
+WALK = "Arrow keys step through the finalists, P pins the picked one, Escape clears the selection."
 AID = (
     "A selection in one view, by a drawn box or a slider, applies to all views, the table and the charts below. Click a mark, or "
-    "use the arrow keys, to pick a point."
+    "use the arrow keys, to pick a point. Shift-click or P pins it: up to four points are laid over each other below."
 )
 
 
-def explorer_section(results: TuningFolder, limits: int) -> Markup:
+def explorer_section(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
     """Return the section without its heading.
 
     Args:
         results: Folder of the run.
-        limits: Number of limited quantities that differ among finalists.
+        limits: Limited quantities that differ among finalists.
     """
-    count = len(results.objectives)
+    objectives = len(results.objectives)
     views = []
-    if count == 3:
+    if objectives == 3:
         text = "Each stem ends on the floor below its mark. Drag to turn."
         views.append(view_box("space", "All three objectives", text, "Arrow keys turn the view."))
-    if count > 2:
+    if objectives > 2:
         text = "Every pair of objectives. Draw a box to select, double-click to clear."
         views.append(view_box("matrix", "Scatter matrix", text, WALK))
     finalists = element("div", class_="wide tall", id="finalists", tabindex="0", role="region", aria_label="Finalists")
@@ -41,7 +42,7 @@ def explorer_section(results: TuningFolder, limits: int) -> Markup:
         aid("Held-out values with 95 % intervals. Click a heading to sort."),
         finalists,
     )
-    lower = [_parallel(limits)] if count + len(results.variables) + limits > 1 else []
+    lower = [_parallel(len(limits))] if objectives + len(results.variables) + len(limits) > 1 else []
     return join(
         (
             aid(AID),
@@ -50,6 +51,7 @@ def explorer_section(results: TuningFolder, limits: int) -> Markup:
             _selection(),
             element("div", *views, class_="grid explorer pair-views") if views else "",
             *lower,
+            _slices(results, limits),
             table,
         )
     )
@@ -80,23 +82,52 @@ def plane(results: TuningFolder) -> Markup:
 
 def axis_choices(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
     """Return the choice of both axes of the plane."""
-    groups = [
-        ("Objectives", [bracketed(named(results, entry, short=True), entry.unit) for entry in results.objectives]),
-        ("Gains", [bracketed(v.name, plain("" if v.unit == "1" else v.unit)) for v in results.variables]),
-        ("Limits", [bracketed(named(results, entry, short=True), entry.unit) for entry in limits]),
+    groups = _axis_groups(results, limits)
+    second = min(1, len(results.objectives) + len(results.variables) + len(limits) - 1)
+    return element(
+        "div", _choice("x", "Horizontal", groups, 0), _choice("y", "Vertical", groups, second), class_="controls"
+    )
+
+
+def _axis_groups(results: TuningFolder, limits: Sequence[TableRow]) -> dict[str, list[tuple[int, str]]]:
+    """Return the dimensions that an axis may have, by group: number and name."""
+    names = {
+        "Objectives": [bracketed(named(results, entry, short=True), entry.unit) for entry in results.objectives],
+        "Gains": [bracketed(v.name, plain("" if v.unit == "1" else v.unit)) for v in results.variables],
+        "Limits": [bracketed(named(results, entry, short=True), entry.unit) for entry in limits],
+    }
+    numbers = count()
+    return {title: [(next(numbers), name) for name in group] for title, group in names.items()}
+
+
+def _choice(key: str, words: str, groups: Mapping[str, Sequence[tuple[int, str]]], selected: int) -> Markup:
+    """Return the choice of an axis; selected: number of the dimension that it begins with."""
+    parts = [
+        element(
+            "optgroup",
+            *[element("option", name, value=number, selected=number == selected) for number, name in group],
+            label=title,
+        )
+        for title, group in groups.items()
+        if group
     ]
-    groups = [(title, names) for title, names in groups if names]
-    labels, second = [], min(1, sum(len(names) for _, names in groups) - 1)
-    for name, words, at in (("x", "Horizontal", 0), ("y", "Vertical", second)):
-        before, options = 0, []
-        for title, names in groups:
-            entries = [
-                element("option", text, value=before + k, selected=before + k == at) for k, text in enumerate(names)
-            ]
-            before += len(names)
-            options.append(element("optgroup", *entries, label=title))
-        labels.append(element("label", words, " ", element("select", *options, id=f"axis-{name}")))
-    return element("div", *labels, class_="controls")
+    return element("label", words, " ", element("select", *parts, id=f"axis-{key}"))
+
+
+def _slices(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
+    """Return the frame of the slices with the choice of both axes."""
+    text = "Candidates flown, whose other gains differ too; finalists alone for limits. Shaded: beyond a limit or the range."
+    groups = _axis_groups(results, limits)
+    gains = {"Gains": groups.pop("Gains")}
+    choices = (
+        _choice("slice", "Gain", gains, len(results.objectives)),
+        _choice("against", "Against", groups, 0),
+    )
+    return element(
+        "div",
+        view_box("slices", "A gain and an objective", text, WALK),
+        element("div", *choices, class_="controls also"),
+    )
 
 
 def _parallel(limits: int) -> Markup:

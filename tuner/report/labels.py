@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
 from objectives.risk import RISKS
 from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
+from tuner.documents.tuning import DEFAULT
 from tuner.text.neutral import Neutral
 from tuner.text.numbers import significant
 
@@ -122,8 +124,31 @@ def named(results: "TuningFolder", row: ComparedRow | RequiredRow, short: bool =
     if row.kind == "requirement":
         return plain_margin(row.label)
     scenario = row.scenario if len(results.resolved.scenario) > 1 else None
-    channels = None if results.has_rotors else {channel.name for channel in results.resolved.channel}
-    return plain_label(row.label, row.metric, scenario, channels, short)
+    return plain_label(row.label, row.metric, scenario, _channels(results), short)
+
+
+@lru_cache(maxsize=1)
+def titles_of(results: "TuningFolder") -> dict[str, str]:
+    """Return words for each point of a run: "tuned gains (p0122)".
+
+    The name is behind them; a point without words has its name alone.
+    """
+    front = results.held_out_front
+    words = {entry.point: f"{point_words(results, entry.name)} ({entry.point})" for entry in results.document.points}
+    words |= {results.tuned: results.shown_name, DEFAULT: f"default {results.gains_noun}"}
+    return {point: words.get(point, point) for point in front.points}
+
+
+def point_words(results: "TuningFolder", name: str) -> str:
+    """Return the name of a named point in words: "least position error (ITAE)"."""
+    kind, _, metric = name.partition("-")
+    is_metric = kind == "least" and metric in [row.metric for row in results.objectives]
+    return f"least {plain_metric(metric, _channels(results))}" if is_metric else name
+
+
+def _channels(results: "TuningFolder") -> set[str] | None:
+    """Return the channels of a plant; None if a quadrotor flew."""
+    return None if results.has_rotors else {channel.name for channel in results.resolved.channel}
 
 
 def risk_words(label: str, risk: str) -> str:

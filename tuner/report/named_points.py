@@ -4,7 +4,7 @@ from tuner.documents.parts import Estimate, row_in_degrees
 from tuner.documents.summary import NamedPoint, PointValue
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import estimate_cell
-from tuner.report.labels import names_of
+from tuner.report.labels import in_plain_words, names_of, point_words
 from tuner.report.page import wide
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import significant
@@ -21,7 +21,7 @@ def points_table(results: TuningFolder) -> Markup:
         return Markup()
     first = points[0].objectives
     head = ["Points of the front, held out", *[_title(names, row_in_degrees(entry, "held_out")) for entry in first]]
-    rows = [[_name(entry), *[_cell(value) for value in entry.objectives]] for entry in points]
+    rows = [[_name(results, entry), *[_cell(value) for value in entry.objectives]] for entry in points]
     return wide(table(head, rows, class_="points stacked"))
 
 
@@ -29,9 +29,11 @@ def _title(names: dict[str, str], entry: PointValue) -> str:
     return bracketed(names.get(entry.label, entry.label), entry.unit)
 
 
-def _name(entry: NamedPoint) -> Markup:
-    about = f"{entry.meaning}: {entry.point}{', recommended' if entry.recommended else ''}"
-    return join((element("strong" if entry.recommended else "span", entry.name), element("small", f" {about}")))
+def _name(results: TuningFolder, entry: NamedPoint) -> Markup:
+    meaning = in_plain_words(entry.meaning, names_of(results))
+    about = f"{meaning}: {entry.name}, {entry.point}{', recommended' if entry.recommended else ''}"
+    words = point_words(results, entry.name)
+    return join((element("strong" if entry.recommended else "span", words), element("small", f" {about}")))
 
 
 def _cell(stored: PointValue) -> Markup:

@@ -2,13 +2,20 @@
 
 from collections.abc import Sequence
 
-from tuner.documents.tuning import TuningFolder
+from tuner.documents.states import tightest_margins
+from tuner.documents.summary import RequiredRow
+from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, sample, worst_look
+from tuner.report.charts.look import DEFAULT as DEFAULT_LOOK
+from tuner.report.charts.look import REFERENCE, TUNED, sample, worst_look
 from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
+from tuner.report.labels import plain_margin
 from tuner.report.page import aid, collapsible, wide
 from tuner.text.markup import Markup, element, join
+from tuner.text.numbers import significant
+from tuner.text.sentences import bound_text
+from tuner.text.units import plain
 
 GAINS_AID = (
     "Gains in the units of the study file, angles in rad. Open square: default; filled diamond: the point. gains.json holds them "
@@ -43,6 +50,7 @@ def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequ
     return join(
         (
             _choice(),
+            element("p", id="point-why"),
             element("p", id="point-state", class_="aid"),
             aid(_gains_aid(results)),
             wide(gains_table(results), id="point-gains"),
@@ -79,6 +87,7 @@ def _choice() -> Markup:
         element("label", "Point ", element("select", id="choose-point")),
         element("button", "← Previous", type="button", id="previous"),
         element("button", "Next →", type="button", id="next"),
+        element("button", "Pin", type="button", id="pin", aria_pressed="false"),
         element("button", "Save gains.json", type="button", id="save-point"),
         element("button", "Copy gains", type="button", id="copy-point"),
     )
@@ -87,8 +96,8 @@ def _choice() -> Markup:
 
 def _copies(results: TuningFolder) -> list[Markup]:
     texts = (
-        (f"{results.tuned} for the study file", "copy-study", study_lines(results)),
-        (f"All gains of {results.tuned} ({results.document.gains_file})", "copy-all", results.gains_text),
+        (f"The {results.shown_name} for the study file", "copy-study", study_lines(results)),
+        (f"{results.document.gains_file} of the {results.shown_name}", "copy-all", results.gains_text),
     )
     return [
         collapsible(
@@ -102,16 +111,18 @@ def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
     if not (results.fans or results.loops) or "default" not in results.held_out_front.roles:
         return []
+    worst = "flight or steady state" if results.worst_loops else "flight"
     keys = [
         (TUNED, "selected point"),
-        (worst_look(TUNED), "its worst flight"),
-        (worst_look(DEFAULT), "worst flight of the default"),
+        (worst_look(TUNED), f"its worst {worst}"),
+        (worst_look(DEFAULT_LOOK), f"worst {worst} of the default"),
         (REFERENCE, "reference"),
     ]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
-    switch = element("label", box, sample(DEFAULT, marked=False), " default", class_="switch")
-    return [element("div", switch, *shown, class_="controls lines-key")]
+    switch = element("label", box, sample(DEFAULT_LOOK, marked=False), " default", class_="switch")
+    pins = element("div", id="pins", class_="controls", role="group", aria_label="Pinned points")
+    return [element("div", switch, *shown, class_="controls lines-key"), pins]
 
 
 def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
@@ -133,6 +144,24 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     ]
 
 
+def worst_state_text(results: TuningFolder) -> str:
+    """Return the worst steady states of tuned gains and default in words; "" if hover alone was looked at."""
+    worst = tightest_margins(results.requirements)
+    parts = [_worst_text(results, role, row) for role, row in reversed(worst.items())]
+    return f" Worst steady state, drawn thin unless it is hover: {'; '.join(parts)}." if parts else ""
+
+
+def _worst_text(results: TuningFolder, role: str, row: RequiredRow) -> str:
+    of, value, state = (
+        (f"default {results.gains_noun}", row.default.value, row.default_state)
+        if role == DEFAULT
+        else (results.shown_name, row.tuned.value, row.tuned_state)
+    )
+    number = "∞" if value is None else significant(value, 3)
+    limit = f"{bound_text(row.limit, row.sense)} {plain(row.unit)}".rstrip()
+    return f"{of} in {state} ({plain_margin(row.label)} {number}, {limit})"
+
+
 def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
         text = (
@@ -141,10 +170,9 @@ def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
         return [element("p", text, class_="note")]
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
+    where = "at hover in still air" if results.has_rotors else "at the equilibrium of the plant"
     return [
-        aid(
-            LOOPS_AID.format(where="at hover in still air" if results.has_rotors else "at the equilibrium of the plant")
-        ),
+        aid(f"{LOOPS_AID.format(where=where)}{worst_state_text(results)}"),
         element("div", id="margins", class_="wide"),
         element("div", choice, class_="controls"),
         grid(panels, "axis-grid"),

@@ -12,6 +12,7 @@ from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
 from tuner.report.answer_section import signed_verdict
 from tuner.report.gains_section import place_of, place_remark
 from tuner.report.labels import definition_text, named, time_unit
+from tuner.report.why_not import why_not
 from tuner.text.numbers import MISSING, estimate, per_cent, significant
 from tuner.text.sentences import bound_text, capitalized
 from tuner.text.units import plain
@@ -49,11 +50,12 @@ class QuantityCells(TypedDict):
 class PointTexts(TypedDict):
     """Texts of a finalist.
 
-    state: a sentence; faults: limits broken and flights lost, "" for none; values: cells of the objectives; columns: cells of
-    `FINALIST_COLUMNS` with a heading; gains, quantities, loops: rows of its three tables.
+    state: a sentence; why: see `why_not`; faults: limits broken and flights lost, "" for none; values: cells of the objectives;
+    columns: cells of `FINALIST_COLUMNS` with a heading; gains, quantities, loops: rows of its three tables.
     """
 
     state: str
+    why: str
     faults: str
     values: list[Cell]
     columns: list[str]
@@ -80,6 +82,7 @@ def point_texts(results: TuningFolder, row: int) -> PointTexts:
     units = margin_units(results)
     return {
         "state": _state(results, row),
+        "why": why_not(results, row),
         "faults": ", ".join(_faults(results, row)),
         "values": [estimate(value, low, high) for value, low, high in ends],
         "columns": [_column(entry, results, row) for entry in FINALIST_COLUMNS if entry.heading],

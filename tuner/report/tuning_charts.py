@@ -1,17 +1,20 @@
 """The charts of a tuning page: responses and loops of every finalist, shown for whichever is picked."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from tuner.documents.tables import Fan
-from tuner.documents.tuning import TuningFolder
+from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
-from tuner.report.charts.look import role_look
+from tuner.report.charts.look import role_look, worst_look
 from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.shaded import ShadedLimit, shaded_limits
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
+from tuner.report.labels import titles_of
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
 BUDGET = 4.0e6
@@ -32,7 +35,36 @@ def response_panels(results: TuningFolder) -> list[Panel]:
     recorded = [fans.thinned(fan, most) for fan in results.fans if fan.point in points]
     names = sorted(dict.fromkeys(fan.signal for fan in recorded), key=fans.is_rotor)
     shown = common_range(recorded)
-    return [_signal(results, [fan for fan in recorded if fan.signal == name], k, shown) for k, name in enumerate(names)]
+    panels = [
+        _signal(results, [fan for fan in recorded if fan.signal == name], k, shown) for k, name in enumerate(names)
+    ]
+    return [*panels, *top_view(results, recorded)]
+
+
+def top_view(results: TuningFolder, recorded: Sequence[Fan]) -> list[Panel]:
+    """Return the tracks of flights in x and y against their reference; none of plants and of attitude mode."""
+    by_signal = {(fan.scenario, fan.point, fan.signal): fan for fan in recorded}
+    marks, references = list[Mark](), list[Mark]()
+    for (scenario, point, signal), x in sorted(by_signal.items(), key=lambda item: item[0][1] != DEFAULT):
+        y = by_signal.get((scenario, point, "y"))
+        if not results.has_rotors or signal != "x" or y is None:
+            continue
+        if point == results.tuned and np.isfinite([x.reference, y.reference]).all():
+            references += fans.reference(x.reference, y.reference, {"scenario": scenario})
+        show = {"point": point, "scenario": scenario}
+        marks += fans.track_marks(x, y, role_look(results.held_out_front.role(point)), _title(results, point), show)
+    aid = "Thick: medians of x and y over flights; thin: the worst flight; dotted: reference."
+    panel = Panel(
+        "top-view",
+        "Top view",
+        Axis("x [m]"),
+        Axis("y [m]"),
+        [*marks, *references],
+        form="plot top",
+        aid=aid,
+        square=True,
+    )
+    return [panel] if marks else []
 
 
 def spectrum_panels(results: TuningFolder) -> list[Panel]:
@@ -40,7 +72,7 @@ def spectrum_panels(results: TuningFolder) -> list[Panel]:
     if not results.spectra:
         return []
     marks = [
-        spectrum_mark(entry, role_look(results.held_out_front.role(entry.point)), entry.point)
+        spectrum_mark(entry, role_look(results.held_out_front.role(entry.point)), _title(results, entry.point))
         for entry in results.spectra
     ]
     return [replace(spectrum_panel(marks), form="plot")]
@@ -50,19 +82,28 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
     """Return Bode and Nyquist panels of all points and loops, none where the folder holds no loops."""
     if not results.loops:
         return []
-    parts: list[list[Mark]] = [[], [], []]
-    for loops in _alike(results.loops):
-        show = {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
-        look = role_look(results.held_out_front.role(loops[0].point))
-        frequency, response = loops[0].frequency, loops[0].response
-        gain, phase = bode_marks(frequency, response, look, loops[0].point, show)
-        for part, marks in zip(
-            parts, (gain, phase, nyquist_marks(frequency, response, look, loops[0].point, show)), strict=True
-        ):
+    parts: tuple[list[Mark], list[Mark], list[Mark]] = ([], [], [])
+    for loops in (*_alike(results.worst_loops), *_alike(results.loops)):
+        first, show = loops[0], {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
+        look, name = role_look(results.held_out_front.role(first.point)), _title(results, first.point)
+        if first.state:
+            look, name, show["part"] = worst_look(look), f"{name} in {first.state}", "worst"
+        curve = first.frequency, first.response, look, name, show
+        for part, marks in zip(parts, (*bode_marks(*curve), nyquist_marks(*curve)), strict=True):
             part += marks
     judged = [loop for loop in results.loops if results.held_out_front.role(loop.point)]
     axes = axes_of([(loop.frequency, loop.response) for loop in judged or results.loops])
-    return [replace(panel, form="plot") for panel in loop_panels(parts[0], parts[1], parts[2], axes)]
+    return [replace(panel, form="plot") for panel in loop_panels(*parts, axes, study_limits(results))]
+
+
+def study_limits(results: TuningFolder) -> list[ShadedLimit]:
+    """Return the limits on margins that the charts of loops shade."""
+    given = [(row.label, row.limit) for row in results.requirements]
+    return shaded_limits(given, [loop.channel for loop in results.loops])
+
+
+def _title(results: TuningFolder, point: str) -> str:
+    return titles_of(results).get(point, point)
 
 
 def instants(count: int) -> int:
@@ -130,7 +171,7 @@ def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mar
         look = role_look(results.held_out_front.role(fan.point))
         if not shared:
             marks += fans.reference(fan.time, fan.reference, show)
-        marks += fans.fan_marks(fan, look, fan.point, show)
+        marks += fans.fan_marks(fan, look, _title(results, fan.point), show)
     first = mine[0]
     if shared:
         marks += fans.reference(first.time, first.reference, {"scenario": scenario})

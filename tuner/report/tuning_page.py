@@ -43,7 +43,7 @@ def tuning_page(results: TuningFolder) -> Page:
         opening=_opening(results, limits),
         warnings=[in_plain_words(text, names_of(results)) for text in results.document.warnings],
         sections=(
-            Section("front", "Explore the trade-off", explorer_section(results, len(limits))),
+            Section("front", "Explore the trade-off", explorer_section(results, limits)),
             Section("point", "Selected point", point_section(results, responses, loops)),
             *([Section("opinion", "Against the present gains", opinion_section(opinion))] if opinion else []),
             Section("trust", "Reliability", trust_section(results, grid(trust, "trust-grid"))),

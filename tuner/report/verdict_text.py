@@ -22,14 +22,14 @@ def verdict_text(results: TuningFolder) -> str:
 
 
 def _main_clause(results: TuningFolder, limits: str) -> str:
-    summary = results.document
     if not results.feasible:
-        return f"Nearest to feasible: {summary.shown}. It {limits}."
-    if summary.tuned == DEFAULT:
-        return f"Keep the default gains: {summary.pick.why}{f'; the default {limits}' if limits else ''}."
+        return f"Nearest to feasible: {results.gains_noun} {results.tuned}. They {limits}."
+    if results.tuned == DEFAULT:
+        reason = results.document.pick.why
+        return f"Keep the default {results.gains_noun}: {reason}{f'; they {limits}' if limits else ''}."
     phrases = _objective_phrases(results)
-    joint = " and " if len(phrases) == 1 else "; it "
-    return f"{summary.shown} is {'; '.join(phrases)}{joint + limits if limits else ''}."
+    joint = " and " if len(phrases) == 1 else "; they "
+    return f"The {results.shown_name} are {'; '.join(phrases)}{joint + limits if limits else ''}."
 
 
 def _objective_phrases(results: TuningFolder) -> list[str]:
@@ -53,16 +53,16 @@ def _all_or_names(names: Sequence[str], count: int) -> str:
 
 
 def _limits_text(results: TuningFolder, limits: Sequence[ComparedRow | RequiredRow]) -> str:
-    """Return "satisfies all 8 limits (the default violates 4)", or which it violates; "" without limits."""
+    """Return "satisfy all 8 limits (the default violates 4)", or which it violates; "" without limits."""
     if not limits:
         return ""
     broken = [named(results, row, short=True) for row in limits if row.verdict == BROKEN]
     before = sum(is_violated(row, row.default.value) for row in limits)
     count = len(limits)
     text = (
-        f"violates {len(broken)} of {count} limits: {listing(broken)}"
+        f"violate {len(broken)} of {count} limits: {listing(broken)}"
         if broken
-        else f"satisfies {ALL_LIMITS.get(count, f'all {count} limits')}"
+        else f"satisfy {ALL_LIMITS.get(count, f'all {count} limits')}"
     )
     if results.document.shown != DEFAULT:
         text += f" (the default violates {before or 'none'})"

@@ -101,7 +101,7 @@ class PlantStudy(TuningStudy):
         """Its channels that follow references."""
         return sorted(Followed(each.name, each.output, each.limit) for each in self.system.plan.outer)
 
-    def margin_model(self) -> "PlantMargins":
+    def margin_model(self, state: str | None = None) -> "PlantMargins":
         """Return the margins of its loops."""
         return plant_margins(self.system, self.space)
 

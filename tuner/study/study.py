@@ -158,11 +158,15 @@ class Study(TuningStudy):
         requirements = [margin_requirement(table, self.system.timing, specs) for table in self.table.margin]
         return tuple(entry for entry in requirements if not entry.quantity.is_multiloop)
 
-    def margin_model(self) -> "MarginModel":
-        """Return the margins of its loop; InputError where there is no steady flight."""
+    def margin_model(self, state: str | None = None) -> "MarginModel":
+        """Return the margins of its loop; InputError where there is no steady flight.
+
+        state: name of one of `trims`, by default hover.
+        """
         system = self.system
         (hover,) = hover_of([entry.spec for entry in self.scenarios], system.timing)
-        return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover.trim)
+        trim = next((entry.trim for entry in self.trims if entry.name == state), hover.trim)
+        return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, trim)
 
     def read_row(self, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of a file of its controller; InputError names all that differs."""

@@ -173,8 +173,11 @@ class TuningStudy(SearchedStudy):
             times.append(left if metric.censored is not None else [])
         return times
 
-    def margin_model(self) -> "LoopMargins":
-        """Return the margins of its loop; InputError where there is no steady flight."""
+    def margin_model(self, state: str | None = None) -> "LoopMargins":
+        """Return the margins of its loop; InputError where there is no steady flight.
+
+        state: name of a steady state in which its margins are judged, by default hover.
+        """
         raise NotImplementedError
 
     def read_row(self, file: Path) -> np.ndarray:

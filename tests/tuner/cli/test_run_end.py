@@ -43,7 +43,7 @@ def is_objective(row, number):
 def test_the_answer_comes_first_and_fits_a_screen(small_run, capsys):
     results = TuningResults(small_run[1])
     lines = printed(results, capsys).splitlines()
-    assert lines[0].startswith(results.document.shown if results.feasible else "Nothing")
+    assert lines[0].startswith(f"The tuned gains ({results.document.shown})" if results.feasible else "Nothing")
     assert len(lines) <= MAX_LINES + len(results.warnings) * 3
     assert max(map(len, lines[:-1])) <= 80
     text = "\n".join(lines)
@@ -101,7 +101,7 @@ def test_violated_limits_are_counted_and_marked(small_run, tmp_path, capsys):
             row |= {"verdict": "broken", "limit": 1e-9, "tuned": {"value": 0.5, "low": 0.4, "high": 0.6}}
 
     results = with_table(small_run[1], tmp_path / "copy", change)
-    assert "violates 1 of" in (text := verdict_text(results)) and "saturation" in text
+    assert "violate 1 of" in (text := verdict_text(results)) and "saturation" in text
     (line,) = [line for line in printed(results, capsys).splitlines() if line.startswith("saturation")]
     assert "0.50 !" in line and "max 1e-09" in line.replace("× 10⁻⁹", "e-09") or "!" in line
 

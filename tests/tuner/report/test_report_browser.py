@@ -160,7 +160,7 @@ def below(folder, label, level, low=-inf):
 
 def test_page_of_each_number_of_objectives_works_without_network(opened):
     count = len(opened.data()["objectives"])
-    assert opened.page.locator(".view").count() == {1: 2, 2: 2, 3: 4, 4: 3}[count]
+    assert opened.page.locator(".view").count() == {1: 3, 2: 3, 3: 5, 4: 4}[count]
     for name in ("plane", "parallel", "gap-0", "progress-hypervolume", "response-0", "loop-nyquist"):
         assert opened.plotted(name), name
 
@@ -194,6 +194,45 @@ def test_a_phone_folds_all_sections_but_the_first_and_links_unfold_them(browser,
     reader.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
     assert reader.page.locator(".fold:not([open])").count() == 0
     reader.close()
+
+
+@pytest.mark.parametrize("objectives", [2, 4])
+def test_the_answer_is_on_the_first_screen_of_a_phone(browser, folder_with, objectives):
+    page = offline_page(browser, 390, height=844)
+    page.add_init_script(ENDLESS)
+    page.goto((folder_with(objectives) / "report.html").resolve().as_uri())
+    last = page.locator("header .lead").last.bounding_box()
+    assert page.locator(".answer").bounding_box()["y"] > 0.0 and last["y"] + last["height"] < 844
+    page.context.close()
+
+
+def test_nothing_overlaps_on_paper(browser, folder_with):
+    page = offline_page(browser, 794)
+    address = (folder_with(2) / "report.html").resolve().as_uri()
+    page.goto(f"{address}#point=p0107&pins=p0103")
+    page.wait_for_selector("html[data-ready]", state="attached")
+    page.emulate_media(media="print")
+    page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    boxes = page.eval_on_selector_all(
+        "header > *, .opening > *, section p, section table, section figure, section summary, #pins > *",
+        "all => all.map((one) => one.getBoundingClientRect()).filter((box) => box.width * box.height > 0)"
+        ".map((box) => [box.left, box.top, box.right, box.bottom])",
+    )
+    overlaps = [
+        (one, other)
+        for k, one in enumerate(boxes)
+        for other in boxes[k + 1 :]
+        if min(one[2], other[2]) - max(one[0], other[0]) > 1.0
+        and min(one[3], other[3]) - max(one[1], other[1]) > 1.0
+        # What lies within another is a part of it.
+        and not (
+            other[0] >= one[0] - 1 and other[2] <= one[2] + 1 and other[1] >= one[1] - 1 and other[3] <= one[3] + 1
+        )
+    ]
+    assert len(boxes) > 30 and overlaps == []
+    assert max(box[2] for box in boxes) <= 794
+    assert "p0103" in page.inner_text("#pins")
+    page.context.close()
 
 
 def test_brush_in_one_view_filters_all_others(reader):
@@ -265,11 +304,71 @@ def test_the_address_opens_the_page_at_a_point(browser, three):
     reader.close()
 
 
+def test_a_slice_shows_every_candidate_and_shades_the_limit(reader):
+    page, data = reader.page, reader.data()
+    gain = len(data["objectives"]) + 1
+    page.select_option("#axis-slice", str(gain))
+    table = read_frame(sorted((reader.folder / "generations").iterdir())[-1]).set_index("candidate")
+    drawn = {
+        name: place
+        for trace in reader.plotted("slices")
+        for name, *place in zip(trace.get("ids", []), trace["x"], trace["y"], strict=False)
+    }
+    first, second = data["objectives"][0], data["variables"][1]
+    seen = {int(name.split()[1]): place for name, place in drawn.items() if name.startswith("candidate ")}
+    mine = table[table[f"objective:{code_of(first)}"].between(first["low"], first["high"])]
+    assert set(mine.index) <= set(seen) and len(mine) > 5
+    for number, row in mine.iterrows():
+        wanted = [row[f"gain:{second['name']}"], row[f"objective:{code_of(first)}"]]
+        assert seen[int(str(number))] == pytest.approx(wanted, rel=1e-6)
+    limit = next(entry for entry in data["limits"] if code_of(entry) == "phase_margin")
+    page.select_option("#axis-against", label=f"{limit['label']} [°]")
+    reader.plotted("slices")
+    (shape,) = [one for one in reader.layout("slices")["shapes"] if one.get("xref") == "paper"]
+    # Below 35 deg, which the study asks for.
+    assert (shape["y0"], shape["y1"]) == pytest.approx((limit["low"], 35.0))
+
+
+def medians(reader):
+    """Colour of the line of each point in the first response, by the words that its tip begins with."""
+    lines = [one for one in reader.plotted("response-0") if "[%{customdata" in one.get("hovertemplate", "")]
+    return {one["hovertemplate"].split(":")[0]: one["line"]["color"] for one in lines}
+
+
+def test_pins_lay_points_over_the_picked_one_and_stay_in_the_address(browser, three):
+    reader = Reader(browser, three, point="p0107&pins=p0103,nobody,default,p0103")
+    page = reader.page
+    ink = "name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()"
+    assert set(medians(reader)) == {"default gains", "p0107", "p0103"}
+    assert medians(reader)["p0103"] == page.evaluate(ink, "c4")
+    page.click('#finalists [data-pin="p0104"]')
+    page.focus("#parallel")
+    page.keyboard.press("p")
+    assert page.url.endswith("#point=p0107&pins=p0103,p0104,p0107")
+    # The picked point keeps its own look, and has that of its pin as soon as another is picked.
+    assert medians(reader)["p0107"] == page.evaluate(ink, "tuned")
+    reader.pick("p0101")
+    assert medians(reader)["p0107"] == page.evaluate(ink, "c5")
+    # Four at most.
+    page.click("#pin")
+    assert page.is_disabled('#finalists [data-pin="p0105"]')
+    row = rows(three)["p0103"]
+    label = code_of(reader.data()["objectives"][0])
+    assert significant(float(row[f"held_out:{label}"]), 2) in page.inner_text("#point-metrics")
+    for name in ("p0103", "p0104", "p0107", "p0101"):
+        page.click(f'#finalists [data-pin="{name}"]')
+    assert page.url.endswith("#point=p0101") and page.locator("#pins button").count() == 0
+    reader.close()
+
+
 def test_margins_are_marked_where_they_are_met(reader):
     reader.pick("p0101")
     for panel, words in (("loop-gain", "gain margin"), ("loop-phase", "phase margin"), ("loop-nyquist", "margin")):
         told = [
-            text for trace in reader.plotted(panel) for text in trace.get("hovertext", []) if text.startswith("p0101: ")
+            text
+            for trace in reader.plotted(panel)
+            for text in trace.get("hovertext", [])
+            if text.startswith("tuned gains (p0101): ")
         ]
         assert told and all(words in text for text in told), panel
 
@@ -282,7 +381,7 @@ def test_aspiration_level_filters_and_says_what_is_left(reader):
     assert reader.names() == wanted
     assert page.inner_text("#count").startswith(f"{len(wanted - {'default'})} of 14 finalists")
     page.fill("#level-0", "0")
-    assert "is nearest" in page.inner_text("#count")
+    assert "nearest: " in page.inner_text("#count")
     page.fill("#level-0", "1000")
     assert len(reader.names()) == 15
 

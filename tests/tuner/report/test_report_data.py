@@ -25,6 +25,8 @@ from tuner.text.numbers import MISSING, significant
 
 FACTORS = {"m": 1.0, "s": 1.0, "1/s": 1.0, "°": 180.0 / np.pi, "°² s": (180.0 / np.pi) ** 2}
 
+TITLES = {"default": "default gains", "p0101": "tuned gains (p0101)"}
+
 
 @cache
 def data_of(folder):
@@ -155,9 +157,9 @@ def test_responses_are_those_of_the_folder(folder):
         low, high, worst, median = [
             entry for entry in found if not entry[0].get("hovertemplate", "").startswith("reference")
         ]
-        assert median[0]["hovertemplate"].startswith(point) and worst[0]["hovertemplate"].startswith(
-            f"worst case of {point}:"
-        )
+        title = TITLES.get(point, point)
+        assert median[0]["hovertemplate"].startswith(f"{title}: ")
+        assert worst[0]["hovertemplate"].startswith(f"worst case of {title}: ")
         assert high[0]["fill"] == "tonexty" and low[1]["y"].min() == pytest.approx(
             mine.low.min(), abs=1e-4 * np.ptp(mine.high)
         )
@@ -167,6 +169,21 @@ def test_responses_are_those_of_the_folder(folder):
             assert_near(series["y"], mine[name].to_numpy()[::step], off=1e-5 * (np.ptp(mine[name]) + 1e-9))
             checked += 1
     assert checked == len(data["responses"]["scenarios"]) * 15 * 10 * 2
+
+
+def test_the_top_view_has_the_tracks_of_the_folder(folder):
+    data = data_of(folder)
+    table: Any = read_frame(folder / "responses.npz")
+    for point in ("default", "p0104"):
+        mine = {
+            signal: table[(table.scenario == "gusts") & (table.point == point) & (table.signal == signal)]
+            for signal in "xy"
+        }
+        median, worst = [series for _, series in marks(data, "top-view", scenario="gusts", point=point)]
+        step = -(-len(mine["x"]) // len(median["x"]))
+        for name, series in (("median", median), ("worst", worst)):
+            for signal in "xy":
+                assert_near(series[signal], mine[signal][name].to_numpy()[::step], off=1e-4)
 
 
 def test_loops_are_those_of_the_folder(folder):

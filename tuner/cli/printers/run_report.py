@@ -53,7 +53,7 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
     print_ending(summary.ending, console)
     console.print(setup_text(results))
     heading = "Found" if results.feasible else "Nearest to feasible, not recommended"
-    section(console, heading, [verdict_text(results), f"Why {summary.shown}: {summary.pick.why}."])
+    section(console, heading, [verdict_text(results), f"Why the {results.shown_name}: {summary.pick.why}."])
     print_tables_of_run(summary, console)
     section(console, "Trade-off on held-out flights", [])
     print_points(results, console)

@@ -42,7 +42,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     print_end_tables(results, console)
     print_points(results, console)
     if results.feasible and summary.tuned != DEFAULT:
-        console.print(f"Why {summary.tuned}: {summary.pick.why}.")
+        console.print(f"Why the {results.shown_name}: {summary.pick.why}.")
     console.warn(summary.warnings)
     files = ", ".join(("report.html", summary.gains_file))
     console.print(f"Results in {results.home}: {files} ({flights_text(results)}).", soft_wrap=True)

@@ -78,7 +78,7 @@ def ending_of(outcome: Outcome) -> list[str]:
     if outcome.feasible:
         return []
     point = outcome.names[outcome.tuned]
-    nearest = f"{point} violates them least; its gains are in {INFEASIBLE}, for study and not to be flown."
+    nearest = f"The nearest point ({point}) violates them least; its gains are in {INFEASIBLE}, for study and not to be flown."
     about = f"so no gains are recommended. {nearest}"
     if len(outcome.archive.front()) == 0:
         head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates satisfies every limit, {about}"

@@ -34,7 +34,14 @@ from tuner.experiments.tuning.problem import batches, check_searched, problem_of
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.stages import stage_flights
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, spectrum_table
+from tuner.experiments.tuning.tables import (
+    WORST_STATES,
+    constraint_table,
+    front_table,
+    margin_table,
+    spectrum_table,
+    worst_state_table,
+)
 from tuner.search.convergence import StoppingRule
 from tuner.search.loop import Search
 from tuner.search.watcher import Watcher
@@ -160,6 +167,10 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
             margins = margin_table(result)
             if margins is not None:
                 folder.write_table("margins.npz", margins)
+            worst = worst_state_table(result, self.results.requirements)
+            folder.remove(WORST_STATES)
+            if worst is not None:
+                folder.write_table(WORST_STATES, worst)
             watcher.on_writing("report")
             report.write_report(folder.path, self.results)
             watcher.on_writing("figures")

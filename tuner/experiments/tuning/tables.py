@@ -5,17 +5,24 @@ those of the loop in hover in still air as it is flown, at the amplitude of its 
 highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
+from objectives.margins.steady_state import HOVER
 from objectives.metrics.noise import NOISE
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.errors import InputError
 from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.documents.states import tightest_margins
+from tuner.documents.summary import RequiredRow
+from tuner.documents.tuning import DEFAULT
 from tuner.experiments.tuning.fans import drawn
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
@@ -112,6 +119,8 @@ def constraint_table(outcome: Outcome) -> Columns:
 
 # Frequencies of a curve: 28 a decade for a quadrotor, which a line through them does not show.
 POINTS = 120
+WORST_STATES = "worst_states.npz"
+"""File of the loops in their worst steady states."""
 
 
 def margin_table(outcome: FlightOutcome) -> Columns | None:
@@ -125,18 +134,48 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
         model = outcome.study.margin_model()
     except InputError:
         return None
-    gains = outcome.finalist_rows
+    return columns_of(loop_rows(model, outcome.finalist_rows, outcome.names))
+
+
+def worst_state_table(outcome: FlightOutcome, limits: Sequence[RequiredRow]) -> Columns | None:
+    """Return the loops of two points in their worst steady states.
+
+    These are default and shown gains; None if hover is the worst state of both. The columns are those of `margin_table`, and
+    state. The worst state is that of the margin nearest to its limit.
+
+    Args:
+        outcome: The run.
+        limits: Limits that are known without flights, in shown units.
+    """
+    rows = list[dict[str, Any]]()
+    for role, limit in tightest_margins(limits).items():
+        index, state = (0, limit.default_state) if role == DEFAULT else (outcome.tuned, limit.tuned_state)
+        if state in (None, HOVER) or (role != DEFAULT and index == 0):
+            continue
+        model = outcome.study.margin_model(state)
+        loops = loop_rows(model, outcome.gains(index)[None], [outcome.names[index]])
+        rows += [{"state": state, **loop} for loop in loops]
+    return columns_of(rows) if rows else None
+
+
+def loop_rows(model: LoopMargins, gains: np.ndarray, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return a row for each point and loop: margins and curve, see `margin_table`.
+
+    Args:
+        model: Margins of the loops.
+        gains: Gains of the points (n, gains).
+        names: Names of the points.
+    """
     margins = model.evaluate(gains)
     frequency = model.figure_frequencies(margins, POINTS)
     curves = model.curves(gains, np.maximum(margins.sensitivity.case, 0), frequency)
     looped = {channel for block in model.blocks for channel in block}
-    rows = [
+    return [
         {"point": name, **loop_row(model, margins, row, channel), **curve_row(frequency, curves[row, i])}
-        for row, name in enumerate(outcome.names)
+        for row, name in enumerate(names)
         for i, channel in enumerate(margins.channels)
         if channel in looped
     ]
-    return columns_of(rows)
 
 
 def loop_row(model: LoopMargins, margins: Margins, row: int, channel: str) -> dict[str, str | bool | float | None]:

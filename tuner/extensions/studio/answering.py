@@ -7,11 +7,12 @@ from typing import Any
 from tuner.extensions.studio.charts import margin_panels, response_panels
 from tuner.extensions.studio.flights import STAGES, Flights
 from tuner.extensions.studio.front import Front
-from tuner.extensions.studio.loops import LoopCurves, shaded_limits
+from tuner.extensions.studio.loops import LoopCurves
 from tuner.extensions.studio.messages import PageRequest
 from tuner.extensions.studio.session import Session
 from tuner.extensions.studio.tables import judged, loop_table, precision_note, summary
 from tuner.report.charts.chart import Panel
+from tuner.report.charts.shaded import ShadedLimit, shaded_limits
 from tuner.report.charts.web import page_data
 from tuner.report.sheets import fans_of
 
@@ -40,9 +41,10 @@ class Bench:
         return cls(session, Flights(session.study, threads), LoopCurves(session), Front(session))
 
     @cached_property
-    def limits(self) -> dict[str, float]:
+    def limits(self) -> list[ShadedLimit]:
         """Limits that the charts shade."""
-        return dict(shaded_limits(self.session.study))
+        given = [(entry.label, entry.limit) for entry in self.session.study.requirements]
+        return shaded_limits(given, self.loops.channels)
 
 
 def answer(bench: Bench, request: PageRequest, count: int) -> Document:
@@ -85,7 +87,8 @@ def _margins(bench: Bench, request: PageRequest) -> list[Panel]:
     if not request.channel:
         return []
     loops = {setting.key: bench.loops.curve(setting, request.channel) for setting in request.settings}
-    return margin_panels(loops, _names(request), bench.limits)
+    limits = [entry for entry in bench.limits if request.channel in (entry.channels or (request.channel,))]
+    return margin_panels(loops, _names(request), limits)
 
 
 def _names(request: PageRequest) -> dict[str, str]:

@@ -3,28 +3,21 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from tuner.documents.tables import Fan
 from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
-from tuner.report.charts.chart import Axis, Band, Disc, Mark, Panel
-from tuner.report.charts.look import DEFAULT, TUNED, Look
-from tuner.report.charts.loops import GAIN_SHOWN, axes_of, bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.chart import Axis, Mark, Panel
+from tuner.report.charts.look import DEFAULT, PINS, TUNED, Look
+from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.shaded import ShadedLimit
 
-Array = np.ndarray
 LOOKS = {
     "default": DEFAULT,
     "tuned": TUNED,
-    "pin1": Look("c4", "triangle-up", dash=(9, 3, 2, 3), size=10),
-    "pin2": Look("c6", "triangle-down", dash=(4, 2), size=10),
-    "pin3": Look("c5", "hexagon", dash=(12, 3, 2, 2, 2, 3), size=10),
-    "pin4": Look("c7", "x", dash=(14, 4), size=10),
+    **{f"pin{number}": look for number, look in enumerate(PINS, 1)},
     "here": Look("other", "circle", size=12, width=2.4),
 }
 """Key of a setting -> its look, from back to front."""
-FORBIDDEN = Look("bad", opacity=0.12)
-"""Look of the part that a limit forbids."""
 MAX_INSTANTS = 200
 """Instants of a band; a chart of the page has hardly more pixels."""
 
@@ -63,13 +56,13 @@ def _signal(k: int, signal: str, by_key: Mapping[str, Sequence[Fan]], names: Map
     return Panel(f"response-{k}", fans.title(signal, first.unit), fans.TIME, Axis(""), marks, form=form, across=True)
 
 
-def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: Mapping[str, float]) -> list[Panel]:
+def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: Sequence[ShadedLimit]) -> list[Panel]:
     """Return Bode and Nyquist of all settings, with shaded limits.
 
     Args:
         loops: Loop of each setting by its key.
         names: Name of each setting by its key.
-        limits: Limits to shade, see `shaded_limits`.
+        limits: Limits on the channel, see `shaded_limits`.
     """
     axes = axes_of([(loop.frequency, loop.response) for loop in loops.values()])
     over, under, plane = list[Mark](), list[Mark](), list[Mark]()
@@ -80,42 +73,4 @@ def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: M
         gain, phase = bode_marks(loop.frequency, loop.response, LOOKS[key], names[key], show)
         over, under = [*over, *gain], [*under, *phase]
         plane += nyquist_marks(loop.frequency, loop.response, LOOKS[key], names[key], show)
-    across = np.array(axes.frequency.ends or (1e-3, 1e3))
-    panels = loop_panels([*_gain_limit(across, limits), *over], [*_phase_limit(across, limits), *under], plane, axes)
-    gain_panel, phase_panel, nyquist = (replace(panel, form="plot") for panel in panels)
-    return [
-        replace(gain_panel, aid="Bars are gain margins; a bar that ends in the shaded part violates the limit."),
-        replace(phase_panel, aid="Bars are phase margins; a bar that ends in the shaded part violates the limit."),
-        replace(
-            nyquist,
-            marks=[*_peak_limit(limits), *nyquist.marks],
-            aid="The shaded disc is what the limit on Ms forbids.",
-        ),
-    ]
-
-
-def _gain_limit(across: Array, limits: Mapping[str, float]) -> list[Mark]:
-    size = limits.get("gain_margin")
-    if size is None:
-        return []
-    height = min(abs(size), GAIN_SHOWN[1])
-    return [_forbidden(across, -height, height, f"gain margin below {size:g} dB")]
-
-
-def _phase_limit(across: Array, limits: Mapping[str, float]) -> list[Mark]:
-    size = limits.get("phase_margin")
-    if size is None:
-        return []
-    return [_forbidden(across, -180.0 - size, -180.0 + size, f"phase margin below {size:g} deg")]
-
-
-def _peak_limit(limits: Mapping[str, float]) -> list[Mark]:
-    peak = limits.get("ms")
-    if peak is None or peak <= 0.0:
-        return []
-    return [Disc(look=FORBIDDEN, name=f"Ms above {peak:g}", x=-1.0, y=0.0, radius=1.0 / peak, fill="filled")]
-
-
-def _forbidden(across: Array, low: float, high: float, name: str) -> Band:
-    ends = np.ones(len(across))
-    return Band(look=FORBIDDEN, name=name, x=across, low=low * ends, high=high * ends)
+    return [replace(panel, form="plot") for panel in loop_panels(over, under, plane, axes, limits)]

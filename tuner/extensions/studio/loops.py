@@ -1,7 +1,6 @@
 """Loops of settings: the margins as `tuner margins --study` has them, and curves in the worst amplitude."""
 
 from collections import OrderedDict
-from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -9,17 +8,13 @@ import numpy as np
 from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.trim import Trim
 from plant.errors import InputError
-from tuner.analysis.margins.limits import LIMITS
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning_tables import Loop
 from tuner.extensions.studio.session import Session, Setting
-from tuner.study.searched import SearchedStudy
 
 Array = np.ndarray
 POINTS = 300
 """Frequencies of a curve; a chart has no more pixels."""
-SHADED_MARGINS = {"phase_margin": "phase_margin", "gain_up": "gain_margin", "ms": "ms"}
-"""Margin of the usual limits -> margin of a study, which charts shade."""
 MAX_SETTINGS = 48
 """Settings whose curves and margins are kept."""
 
@@ -84,14 +79,3 @@ class LoopCurves:
             while len(self._documents) > MAX_SETTINGS:
                 self._documents.popitem(last=False)
         return self._documents[key]
-
-
-def shaded_limits(study: SearchedStudy) -> Mapping[str, float]:
-    """Return the limits that charts shade: phase_margin [deg], gain_margin [dB] and ms [1].
-
-    Those of the study's [[margin]] tables, the usual ones where it has none.
-    """
-    usual = {SHADED_MARGINS.get(entry.quantity, entry.quantity): entry.limit for entry in LIMITS}
-    given = {entry.label.partition("(")[0].partition(".")[0]: entry.limit for entry in study.requirements}
-    limits = given if any(name in given for name in SHADED_MARGINS.values()) else usual
-    return {name: limits[name] for name in SHADED_MARGINS.values() if name in limits}

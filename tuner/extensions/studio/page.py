@@ -1,5 +1,6 @@
 """The page: one HTML with the report's style sheet, scripts and charts, and the studio's own scripts behind them."""
 
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from string import Template
@@ -9,6 +10,7 @@ from tuner.extensions.studio.session import Session
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Panel
 from tuner.report.charts.loops import loop_panels
+from tuner.report.charts.shaded import shaded_limits
 from tuner.report.charts.web import frame
 from tuner.report.page import asset
 from tuner.text.markup import join, safe
@@ -47,15 +49,9 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
         )
         for k, name in enumerate(names)
     ]
-    aids = (
-        "Bars are gain margins; a bar that ends in the shaded part violates the limit.",
-        "Bars are phase margins; a bar that ends in the shaded part violates the limit.",
-        "The shaded disc is what the limit on Ms forbids.",
-    )
-    loops = [
-        Panel(panel.key, panel.title, panel.x, panel.y, [], form="plot", aid=aid)
-        for panel, aid in zip(loop_panels([], [], []), aids, strict=True)
-    ]
+    # Of the limits the words below the charts depend on, not their channels.
+    limits = shaded_limits([(entry.label, entry.limit) for entry in session.study.requirements], ())
+    loops = [replace(panel, marks=[], form="plot") for panel in loop_panels([], [], [], limits=limits)]
     return responses, loops
 
 

@@ -40,7 +40,7 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
     """Return band and median of a fan, and its worst flight; parts: the page switches band and median one by one."""
     both = {
         "look": look._replace(opacity=0.2),
-        "show": {**show, "part": "band"} if parts else show,
+        "show": {**show, "part": "band"},
         "coarse": not parts,
     }
     line = {"look": look._replace(width=1.1) if parts else look, "show": {**show, "part": "median"} if parts else show}
@@ -51,7 +51,7 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
         Line(name=name, x=fan.time, y=fan.median, tips=tips, tip=tip, coarse=not parts, **line),
     ]
     if fan.worst is not None and np.isfinite(fan.worst).all():
-        thin = {"look": worst_look(look), "show": show, "coarse": True}
+        thin = {"look": worst_look(look), "show": {**show, "part": "worst"}, "coarse": True}
         worst = Line(name=f"worst case of {name}", x=fan.time, y=fan.worst, tip="%{y:.3~f}", **thin)
         marks.insert(1, worst)
     return marks
@@ -62,6 +62,26 @@ def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
     if not np.isfinite(values).all():
         return []
     return [Line(name="reference", look=REFERENCE, x=time, y=values, tip="%{y:.3~f}", show=show)]
+
+
+def track_marks(x: Fan, y: Fan, look: Look, name: str, show: Show) -> list[Mark]:
+    """Return tracks seen from above: of the medians, and of the worst flight.
+
+    Args:
+        x: Position along x.
+        y: Position along y at the same instants.
+        look: Look of the point.
+        name: Name of the point.
+        show: When the page shows the marks.
+    """
+    tip = "%{x:.2f}, %{y:.2f} m"
+    marks: list[Mark] = [Line(name=name, look=look, x=x.median, y=y.median, tip=tip, coarse=True, show=show)]
+    if x.worst is not None and y.worst is not None:
+        worst, thin = {**show, "part": "worst"}, worst_look(look)
+        marks.append(
+            Line(name=f"worst case of {name}", look=thin, x=x.worst, y=y.worst, tip=tip, coarse=True, show=worst)
+        )
+    return marks
 
 
 def bounds(

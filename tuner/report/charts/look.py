@@ -75,6 +75,12 @@ FINALIST = Look("front", hollow=True, size=8)
 START = Look("other", "triangle-up", hollow=True, size=10)
 SEARCHED = Look("faint", "dot", size=4, opacity=0.7)
 INFEASIBLE = Look("faint", "x-thin", size=5, opacity=0.7)
+PINS = (
+    Look("c4", "triangle-up", dash=(9, 3, 2, 3), size=10),
+    Look("c6", "triangle-down", dash=(4, 2), size=10),
+    Look("c5", "hexagon", dash=(12, 3, 2, 2, 2, 3), size=10),
+    Look("c7", "x", dash=(14, 4), size=10),
+)
 LOST = Look("bad", "x-thin", size=13, width=2.0)
 REFERENCE = Look("muted", dash=(2, 3), width=1.3)
 BOUND = Look("ink", dash=(3, 3), width=1.0)

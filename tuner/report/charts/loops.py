@@ -7,6 +7,7 @@ import numpy as np
 
 from tuner.report.charts.chart import Array, Axis, Disc, Line, Mark, Panel, Points, Rule, Show
 from tuner.report.charts.look import RULE, Look
+from tuner.report.charts.shaded import ShadedLimit, limit_marks
 
 FREQUENCY = "frequency [rad/s]"
 # Part of the plane that Nyquist curves are shown in, and gains [dB] that Bode curves are.
@@ -15,6 +16,7 @@ GAIN_SHOWN = (-60.0, 60.0)
 # Part of the plane around -1 that is shown of any loop, air around it, and how far a margin may lie off that is shown as well.
 AROUND = ((-1.6, 0.6), (-1.1, 1.1))
 AIR, FARTHEST = 1.15, 2.5
+REACH = "; it must reach out of the shaded part."
 PHASE_SHOWN, PHASE_STEPS, MAX_STEPS = (-720.0, 180.0), (90.0, 180.0), 6
 
 
@@ -154,39 +156,43 @@ def axes_of(curves: Sequence[tuple[Array, Array]]) -> LoopAxes:
     return LoopAxes(across, up, *plane)
 
 
-def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark], axes: LoopAxes = LOOP_AXES) -> list[Panel]:
-    """Return the three panels of loops around their marks."""
+def loop_panels(
+    gain: list[Mark],
+    phase: list[Mark],
+    plane: list[Mark],
+    axes: LoopAxes = LOOP_AXES,
+    limits: Sequence[ShadedLimit] = (),
+) -> list[Panel]:
+    """Return the three panels of loops around their marks, with shaded limits."""
     across = axes.frequency
+    over, under, around = limit_marks(limits, across, axes.phase)
     minus_one = Points(look=Look("ink", "cross-thin", size=11), x=np.array([-1.0]), y=np.zeros(1), hover=["−1"])
-    circles = [
-        Disc(look=RULE, x=-1.0, y=0.0, radius=0.5),
-        Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0),
-    ]
+    unit_circle = Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0)
     return [
         Panel(
             "loop-gain",
             "Bode: gain",
             across,
             Axis("gain [dB]", *GAIN_SHOWN),
-            [Rule(look=RULE, axis="y", value=0.0), *gain],
-            aid="Above 0 dB the loop tracks and rejects. Bar: gain margin, read where the phase is −180°.",
+            [*over, Rule(look=RULE, axis="y", value=0.0), *gain],
+            aid=f"Above 0 dB the loop tracks and rejects. Bar: gain margin, read at −180°{REACH if over else '.'}",
         ),
         Panel(
             "loop-phase",
             "Bode: phase",
             across,
             axes.phase,
-            [Rule(look=RULE, axis="y", value=-180.0), *phase],
-            aid="Bar: phase margin, the distance from −180° where the gain is 0 dB.",
+            [*under, Rule(look=RULE, axis="y", value=-180.0), *phase],
+            aid=f"Bar: phase margin, read at 0 dB{REACH if under else '.'}",
         ),
         Panel(
             "loop-nyquist",
             "Nyquist",
             axes.real,
             axes.imaginary,
-            [*circles, *plane, minus_one],
+            [unit_circle, *around, *plane, minus_one],
             square=True,
-            aid="Distance from −1 (cross): outside the dotted circle Ms is below 2. Marks: gain and phase margin.",
+            aid="Marks: gain and phase margin. A curve in a shaded disc around −1, or across a dashed line, violates a limit.",
         ),
     ]
 

@@ -7,7 +7,7 @@ from tuner.documents.tuning_tables import History
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
-from tuner.report.labels import definition_text, named
+from tuner.report.labels import definition_text, named, titles_of
 from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
@@ -137,4 +137,4 @@ def _gap(results: TuningFolder, i: int) -> Panel:
 def _gap_words(results: TuningFolder, i: int, row: int) -> str:
     front, unit = results.held_out_front, results.objectives[i].unit
     search, held_out = significant(front.search[row, i]), significant(front.held_out[row, i])
-    return f"{front.points[row]}: search {search}, held-out {held_out} {unit}"
+    return f"{titles_of(results)[front.points[row]]}: search {search}, held-out {held_out} {unit}"

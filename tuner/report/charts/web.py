@@ -210,7 +210,8 @@ def _reach(values: Array, ends: tuple[Array, Array], look: Look, arrays: Arrays)
 def _line(mark: Line, arrays: Arrays) -> Trace:
     trace: Trace = {
         "mode": "lines" if mark.marked is None else "lines+markers",
-        "x": arrays.add(mark.x),
+        # Of a track both coordinates are as coarse as in the charts over time, whose numbers it shares; a time stays exact.
+        "x": arrays.add(mark.x, mark.coarse and bool(np.any(np.diff(mark.x) <= 0.0))),
         "y": arrays.add(mark.y, mark.coarse),
     }
     trace |= {"line": line_of(mark.look) | ({"shape": "hv"} if mark.steps else {}), "meta": mark.show}

@@ -43,6 +43,9 @@ const finalists = (data.points ?? []).map((point) => ({
   point,
 }));
 const byName = new Map(finalists.map((row) => [row.name, row]));
+// A point in words, "tuned gains (p0101)".
+const wordsOf = (name) => byName.get(name)?.point.title ?? name;
+const heading = (name) => wordsOf(name).replace(/^[a-z](?=.* )/, (letter) => letter.toUpperCase());
 
 let candidateRows = null;
 

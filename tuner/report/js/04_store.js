@@ -19,24 +19,29 @@ function makeStore(initial) {
   };
 }
 
-const LINK = "#point=";
-
-// The point that the address of the page names, as `#point=p0101`.
+// Points that the address of the page names, as `#point=p0101&pins=p0103,p0107`: the picked one, or null, and those pinned.
 function linked() {
-  const { hash } = window.location;
-  try {
-    const name = hash.startsWith(LINK) ? decodeURIComponent(hash.slice(LINK.length)) : "";
-    return byName.has(name) ? name : null;
-  } catch { return null; }
+  const parts = new URLSearchParams(window.location.hash.slice(1));
+  const pins = (parts.get("pins") ?? "").split(",").filter((name) => byName.has(name) && name !== "default");
+  const name = parts.get("point");
+  return { picked: byName.has(name) ? name : null, pins: Object.freeze([...new Set(pins)].slice(0, data.pins?.length ?? 0)) };
 }
 
-// picked: name of a finalist, or of an airframe. ranges: what is selected, dimension -> [low, high]. off: layers not shown.
+function address() {
+  const { picked, pins } = store.get();
+  return `#point=${encodeURIComponent(picked)}${pins.length ? `&pins=${pins.map(encodeURIComponent).join(",")}` : ""}`;
+}
+
+// picked: name of a finalist, or of an airframe. pins: names of those laid over it. ranges: what is selected, dimension -> [low, high]. off: layers not shown.
 const store = makeStore({
-  picked: linked() ?? (byName.has(data.tuned) ? data.tuned : finalists[0]?.name),
+  picked: linked().picked ?? (byName.has(data.tuned) ? data.tuned : finalists[0]?.name),
+  pins: linked().pins,
   ranges: Object.freeze({}),
   off: Object.freeze([...document.querySelectorAll("[data-layer]:not(:checked)")].map((box) => box.dataset.layer)),
   x: 0,
   y: Math.min(1, dimensions.length - 1),
+  slice: objectives.length,
+  against: 0,
   gains: false,
   limits: false,
   scenario: byId("choose-scenario")?.value ?? data.responses?.scenarios[0],
@@ -48,8 +53,8 @@ const store = makeStore({
 const pick = (name) => {
   if (!byName.has(name) || name === store.get().picked) return;
   store.set({ picked: name });
-  window.history.replaceState(null, "", LINK + encodeURIComponent(name));
-  announce(`Picked ${name}: ${summaryOf(byName.get(name)).join(", ")}`);
+  window.history.replaceState(null, "", address());
+  announce(`Picked ${wordsOf(name)}: ${summaryOf(byName.get(name)).join(", ")}`);
 };
 
 // Name of the finalist so many places further along a dimension, among those that are selected.

@@ -42,5 +42,5 @@ const summaryOf = ({ values, point }) => objectives.map((entry, i) =>
 
 function tellingOf(row) {
   const faults = row.point?.texts.faults;
-  return [`${row.name}: ${data.states[row.layer]}${faults ? ` (${faults})` : ""}`, ...summaryOf(row)];
+  return [`${wordsOf(row.name)}: ${data.states[row.layer]}${faults ? ` (${faults})` : ""}`, ...summaryOf(row)];
 }

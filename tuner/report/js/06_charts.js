@@ -48,10 +48,24 @@ const among = (wanted, value) => wanted === undefined || (Array.isArray(wanted) 
 
 // Whether a mark is seen: `meta` says for which choices it is.
 function visible(meta = {}) {
-  const { picked, scenario, channel, behind, off } = store.get();
+  const { picked, pins, scenario, channel, behind, off } = store.get();
   if (off.includes(meta.layer) || off.includes(meta.part)) return false;
   if (!among(meta.scenario, scenario ?? meta.scenario) || !among(meta.channel, channel ?? meta.channel)) return false;
-  return among(meta.point, picked ?? meta.point) || (behind && meta.point === "default");
+  // Of pinned points medians and loops alone are drawn: with five points nobody could follow bands and worst flights.
+  return among(meta.point, picked ?? meta.point) || (behind && meta.point === "default") || (pins.includes(meta.point) && !["band", "worst"].includes(meta.part));
+}
+
+// The look of a pinned point; undefined of others, and of the picked one, which has its own.
+const pinLook = (name) => (name === store.get().picked ? undefined : data.pins?.[store.get().pins.indexOf(name)]);
+
+// A trace of a pinned point in the look of its pin.
+function dyed(trace) {
+  const look = pinLook(trace.meta?.point);
+  if (!look) return trace;
+  const made = JSON.parse(JSON.stringify(trace).replaceAll('"@tuned', `"${look.line.color}`));
+  if (made.line?.dash === "solid") made.line.dash = look.line.dash;
+  if (made.marker?.symbol) made.marker.symbol = look.marker.symbol;
+  return made;
 }
 
 const CONFIG = { responsive: true, displaylogo: false, displayModeBar: false, doubleClick: "reset+autosize" };
@@ -76,7 +90,7 @@ function layoutOf({ xaxis, yaxis, ...more }) {
 // A stored chart as plotly.js takes it, with the picked point and the selection brought out; null where nothing is seen.
 function stored(id) {
   const { traces, layout } = data.charts[id];
-  const shown = traces.filter((trace) => visible(trace.meta)).map((trace) => emphasised(resolved(trace)));
+  const shown = traces.filter((trace) => visible(trace.meta)).map((trace) => emphasised(resolved(dyed(trace))));
   const look = resolved(layout);
   for (const kind of ["shapes", "annotations"]) if (look[kind]) look[kind] = look[kind].filter((one) => visible(one.meta)).map(({ meta, ...one }) => one);
   return shown.length ? { traces: shown, layout: layoutOf(look), hides: look.meta?.hides } : null;
@@ -91,7 +105,7 @@ function emphasised(trace) {
   const bright = trace.ids.map((name) => (!byName.has(name) || passes(byName.get(name), ranges) ? 1 : 0.2));
   if (trace.type === "bar") {
     const line = { color: is.map((one) => (one ? colour("ink") : colour("surface"))), width: is.map((one) => (one ? 2 : 0.5)) };
-    return { ...trace, marker: { ...marker, line } };
+    return { ...trace, text: trace.ids.map((name) => escaped(wordsOf(name))), marker: { ...marker, line } };
   }
   const line = { ...marker.line, width: is.map((one) => (one ? 2.5 : marker.line.width)), color: is.map((one) => (one ? colour("ink") : marker.line.color)) };
   return { ...trace, marker: { ...marker, opacity: bright, size: is.map((one) => marker.size + (one ? 4 : 0)), line } };
@@ -130,13 +144,13 @@ function addChart(id, keys, build, drawn) {
   return chart;
 }
 
-const STATE = ["picked", "ranges", "off", "scenario", "channel", "behind"];
+const STATE = ["picked", "pins", "ranges", "off", "scenario", "channel", "behind"];
 
 // Keys of the state that a stored chart depends on.
 function keysOf({ traces }) {
   const named = traces.some((trace) => trace.ids);
   const used = new Set(traces.flatMap(({ meta = {} }) => Object.keys(meta)));
-  const asks = { picked: named || used.has("point"), behind: used.has("point"), ranges: named, off: used.has("layer") || used.has("part"),
+  const asks = { picked: named || used.has("point"), pins: used.has("point"), behind: used.has("point"), ranges: named, off: used.has("layer") || used.has("part"),
     scenario: used.has("scenario"), channel: used.has("channel") };
   return STATE.filter((key) => asks[key]);
 }
@@ -161,10 +175,10 @@ function linkAcross(element) {
   });
 }
 
-// A click on a mark picks its point.
+// A click on a mark picks its point, and with Shift pins it.
 function addPicking(element) {
-  element.on("plotly_click", ({ points }) => {
+  element.on("plotly_click", ({ points, event }) => {
     const name = points.map((point) => point.id ?? point.data.meta?.pick).find((id) => byName.has(id));
-    if (name) pick(name);
+    if (name) (event?.shiftKey ? togglePin : pick)(name);
   });
 }

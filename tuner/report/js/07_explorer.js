@@ -1,5 +1,7 @@
 // The views of the trade-off: what all share, the plane and the scatter matrix. Every point is a mark of its layer.
 
+// Keys of the state that every view shows.
+const SEEN = ["ranges", "off", "picked", "pins"];
 const ORDER = ["infeasible", "searched", "finalist", "front", "start", "default", "tuned"];
 const axisTitle = ({ name, label, unit }) => (unit ? `${name ?? label} [${unit}]` : name ?? label);
 const inSpan = (value, { low, high }) => value >= low && value <= high;
@@ -31,9 +33,9 @@ function beyond(row, i, j) {
 
 // The marks of one layer in two dimensions. What was flown on held-out scenarios is drawn wherever it lies, as an arrow head at
 // the edge where that is beyond the axes.
-function layerTraces(layer, i, j, axes, scale) {
+function layerTraces(layer, i, j, axes, scale, rowsFrom = rowsOf(layer, scale < 1 ? 600 : 6000)) {
   const { marker } = data.layers[layer];
-  const rows = rowsOf(layer, scale < 1 ? 600 : 6000).filter((row) => [i, j].every((k) => isNumber(row.values[k]))
+  const rows = rowsFrom.filter((row) => [i, j].every((k) => isNumber(row.values[k]))
     && (row.low || beyond(row, i, j) === null));
   if (!rows.length) return [];
   const { ranges, picked } = store.get();
@@ -52,7 +54,7 @@ function layerTraces(layer, i, j, axes, scale) {
     trace.marker.size = turns.map((turn) => (turn === null ? look.size : 13) * scale);
   }
   const inside = rows.filter((_, k) => turns[k] === null);
-  return [...barTraces(layer, inside, i, j, axes), trace, ...crossTraces(rows, i, j, axes, scale), ...ringTraces(rows, picked, i, j, axes, scale)];
+  return [...barTraces(layer, inside, i, j, axes), trace, ...crossTraces(rows, i, j, axes, scale), ...ringTraces(rows, picked, i, j, axes, scale), ...pinTraces(rows, i, j, axes, scale)];
 }
 
 // Held-out intervals of the objectives; gains have none.
@@ -79,6 +81,11 @@ const crossTraces = (rows, i, j, axes, scale) => overlay(rows.filter((row) => ro
   { symbol: "x-thin", size: 14 * scale, line: { width: 2, color: colour("bad") } }, { part: "lost" });
 const ringTraces = (rows, picked, i, j, axes, scale) => overlay(rows.filter((row) => row.name === picked), i, j, axes,
   { symbol: "circle-open", size: 21 * scale, line: { width: 2, color: colour("ink") } }, { part: "ring" });
+// The symbol of its pin around each pinned point.
+const pinTraces = (rows, i, j, axes, scale) => rows.filter((row) => pinLook(row.name)).flatMap((row) => {
+  const { marker } = pinLook(row.name);
+  return overlay([row], i, j, axes, { symbol: `${marker.symbol}-open`, size: 19 * scale, color: resolved(marker.color), line: { width: 2.5 } }, { part: "pin" });
+});
 
 const spanLook = (dimension) => ({
   ...(dimension.log ? { type: "log", dtick: "D2", range: [dimension.low, dimension.high].map(Math.log10) } : { range: [dimension.low, dimension.high] }),
@@ -113,6 +120,7 @@ function addKeys(element, dimension, more = {}) {
   element.addEventListener("keydown", (event) => {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     if (more[event.key]) more[event.key](event);
+    else if (event.key.toLowerCase() === "p") togglePin(store.get().picked);
     else if (event.key in steps) pick(neighbour(dimension(), steps[event.key]));
     else if (event.key === "Escape") store.set({ ranges: Object.freeze({}) });
     else return;
@@ -120,20 +128,27 @@ function addKeys(element, dimension, more = {}) {
   });
 }
 
-function startPlane() {
+// A plane of two dimensions, which two keys of the state name. traces(i, j); across: the axis of the first dimension; shapes(i):
+// further shapes; all: whether every point with words is named.
+function addPlane(id, keys, traces, { across = (i) => dimensions[i], shapes = () => [], all = false } = {}) {
+  const at = () => keys.map((key) => store.get()[key]);
+  const look = (dimension) => ({ ...spanLook(dimension), title: { text: escaped(axisTitle(dimension)) } });
   const build = () => {
-    const { x, y } = store.get();
-    const traces = ORDER.flatMap((layer) => layerTraces(layer, x, y, {}, 1));
-    byId("beyond-legend").hidden = !traces.some((trace) => Array.isArray(trace.marker.symbol));
-    if (objectives.length === 2 && x === 0 && y === 1) traces.unshift(...stairs());
-    const look = { xaxis: { ...spanLook(dimensions[x]), title: { text: escaped(axisTitle(dimensions[x])) } },
-      yaxis: { ...spanLook(dimensions[y]), title: { text: escaped(axisTitle(dimensions[y])) } } };
-    return { traces, layout: layoutOf({ ...look, ...selecting, shapes: rangeShapes(x, y, {}), annotations: names(x, y) }) };
+    const [i, j] = at();
+    return { traces: traces(i, j), layout: layoutOf({ xaxis: look(across(i)), yaxis: look(dimensions[j]), ...selecting,
+      shapes: [...shapes(i), ...limitShapes(i, j), ...rangeShapes(i, j, {})], annotations: names(i, j, all) }) };
   };
-  const made = addChart("plane", ["ranges", "off", "picked", "x", "y"], build, (element) => addSelecting(element,
-    ({ x, y }) => [[store.get().x, x], [store.get().y, y]],
-    () => store.set({ ranges: withRange(withRange(store.get().ranges, store.get().x, null), store.get().y, null) })));
-  if (made) addKeys(made.element, () => store.get().x);
+  const made = addChart(id, [...SEEN, ...keys], build, (element) => addSelecting(element, ({ x, y }) => at().map((k, n) => [k, [x, y][n]]),
+    () => store.set({ ranges: at().reduce((ranges, k) => withRange(ranges, k, null), store.get().ranges) })));
+  if (made) addKeys(made.element, () => at()[0]);
+}
+
+function startPlane() {
+  addPlane("plane", ["x", "y"], (i, j) => {
+    const traces = ORDER.flatMap((layer) => layerTraces(layer, i, j, {}, 1));
+    byId("beyond-legend").hidden = !traces.some((trace) => Array.isArray(trace.marker.symbol));
+    return objectives.length === 2 && i === 0 && j === 1 ? [...stairs(), ...traces] : traces;
+  });
 }
 
 // The boundary of what the front of two objectives dominates.
@@ -141,19 +156,6 @@ function stairs() {
   const front = finalists.filter((row) => row.point.front).sort((a, b) => a.values[0] - b.values[0]);
   return [{ type: "scatter", mode: "lines", x: front.map((row) => row.values[0]), y: front.map((row) => row.values[1]), hoverinfo: "skip",
     line: { shape: "hv", width: 1.2, dash: "1px,3px", color: colour("front") }, meta: { part: "stairs" } }];
-}
-
-// Names beside the marks that matter.
-function names(i, j) {
-  const { picked } = store.get();
-  const place = (d, row) => warped(held(row.values[d], dimensions[d]), dimensions[d].log);
-  return finalists.filter((row) => row.name === picked || (["default", "tuned"].includes(row.layer) && shownLayer(row.layer)))
-    .filter((row) => [i, j].every((d) => isNumber(row.values[d]))).map((row) => {
-      const named = row.layer === "default" || row.layer === "tuned";
-      const right = placeIn(dimensions[i], row.values[i]) > 0.8;
-      return { x: place(i, row), y: place(j, row), text: escaped(named ? data.layers[row.layer].label : row.name), showarrow: false,
-        xanchor: right ? "right" : "left", yanchor: "bottom", xshift: right ? -10 : 10, yshift: 3, font: { color: colour(named ? row.layer : "ink"), size: 12, weight: 600 } };
-    });
 }
 
 function startMatrix() {
@@ -179,7 +181,7 @@ function startMatrix() {
     const { xaxis, yaxis } = axes(k);
     return range[xaxis] && range[yaxis] ? [[i, range[xaxis]], [j, range[yaxis]]] : [];
   });
-  const made = addChart("matrix", ["ranges", "off", "picked"], build,
+  const made = addChart("matrix", SEEN, build,
     (element) => addSelecting(element, of, () => store.set({ ranges: Object.freeze({}) })));
   if (made) addKeys(made.element, () => 0);
 }

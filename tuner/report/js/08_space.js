@@ -3,7 +3,7 @@
 function startSpace() {
   const turn = { azimuth: -1.0, height: 0.45 };
   const eye = () => ({ x: 2 * Math.cos(turn.azimuth) * Math.cos(turn.height), y: 2 * Math.sin(turn.azimuth) * Math.cos(turn.height), z: 2 * Math.sin(turn.height) });
-  const made = addChart("space", ["ranges", "off", "picked"], () => ({ traces: ORDER.flatMap(spaceTraces), layout: spaceLayout(eye()) }), (element) => {
+  const made = addChart("space", SEEN, () => ({ traces: ORDER.flatMap(spaceTraces), layout: spaceLayout(eye()) }), (element) => {
     addPicking(element);
     element.on("plotly_relayout", () => {
       const { x, y, z } = element.layout.scene.camera.eye;
@@ -44,6 +44,7 @@ function spaceTraces(layer) {
     ...(flown.length ? [stems] : []), ...mark(rows.filter((row) => passes(row, ranges)), marker.opacity), ...mark(rows.filter((row) => !passes(row, ranges)), 0.15),
     ...over(rows.filter((row) => row.point?.lost), { symbol: "x", size: 8, color: colour("bad") }),
     ...over(rows.filter((row) => row.name === picked), { symbol: "circle-open", size: 15, color: colour("ink"), line: { width: 2 } }),
+    ...rows.filter((row) => pinLook(row.name)).flatMap((row) => over([row], { symbol: "circle-open", size: 13, color: resolved(pinLook(row.name).line.color), line: { width: 3 } })),
   ];
 }
 

@@ -26,7 +26,7 @@ function startParallel() {
     const axis = axes()[nearest()];
     return [[axis.index, y.map((place) => valueAt(axis, Math.min(Math.max(place, 0), 1)))]];
   };
-  const made = addChart("parallel", ["ranges", "off", "picked", "gains", "limits"], build, (element) => addSelecting(element, found,
+  const made = addChart("parallel", [...SEEN, "gains", "limits"], build, (element) => addSelecting(element, found,
     () => store.set({ ranges: withRange(store.get().ranges, axes()[nearest()].index, null) })));
   if (!made) return;
   made.element.addEventListener("pointerdown", (event) => {
@@ -50,12 +50,13 @@ const heights = (row, shown) => shown.map((axis) => Math.min(Math.max(placeIn(ax
 // A finalist: a line of its layer, with marks where it is the default, the recommended or the picked point, crossed out where it lost flights.
 function parallelLine(row, shown) {
   const { ranges, picked } = store.get();
-  const [special, bold] = [row.layer === "default" || row.layer === "tuned", row.name === picked];
+  const [special, pinned] = [row.layer === "default" || row.layer === "tuned", pinLook(row.name)];
+  const bold = row.name === picked || Boolean(pinned);
   const { marker, line } = resolved(data.layers[row.layer]);
   const trace = {
     type: "scatter", mode: special || bold ? "lines+markers" : "lines", x: shown.map((_, k) => k), y: heights(row, shown), meta: { pick: row.name },
     opacity: (passes(row, ranges) ? 1 : 0.12) * (special || bold ? 1 : 0.6), marker: { ...marker, opacity: 1 }, hovertemplate: `${escaped(tellingOf(row).join("\n")).replaceAll("\n", "<br>")}<extra></extra>`,
-    line: { ...line, color: bold && !special ? colour("ink") : line.color, width: bold ? 3 : special ? 2.2 : 1.2 },
+    line: { ...line, ...(pinned ? resolved(pinned.line) : bold && !special ? { color: colour("ink") } : {}), width: bold ? 3 : special ? 2.2 : 1.2 },
   };
   const cross = { symbol: "x-thin", size: 9, line: { width: 2, color: colour("bad") } };
   const lost = { ...trace, mode: "markers", marker: cross, hoverinfo: "skip", hovertemplate: undefined, meta: { part: "lost" } };

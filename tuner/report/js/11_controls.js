@@ -11,7 +11,7 @@ function startControls() {
       store.set({ off: Object.freeze(box.checked ? others : [...others, box.dataset.layer]) });
     });
   }
-  for (const key of ["x", "y"]) {
+  for (const key of ["x", "y", "slice", "against"]) {
     const choice = byId(`axis-${key}`);
     choice?.addEventListener("change", () => store.set({ [key]: Number(choice.value) }));
   }
@@ -79,5 +79,5 @@ function countText(kept, all, ranges) {
   if (!Object.keys(ranges).length) return `All ${all.length} finalists are selected.`;
   if (kept.length) return `${kept.length} of ${all.length} finalists ${kept.length === 1 ? "is" : "are"} selected.`;
   const closest = nearest(all, ranges, dimensions);
-  return closest ? `No finalist satisfies all of this; ${closest.name} is nearest.` : "There are no finalists.";
+  return closest ? `No finalist satisfies all of this; nearest: ${wordsOf(closest.name)}.` : "There are no finalists.";
 }

@@ -3,7 +3,7 @@
 function startFinalists() {
   const holder = byId("finalists");
   if (!holder) return;
-  store.on(["ranges", "order", "picked"], () => showFinalists(holder));
+  store.on(["ranges", "order", "picked", "pins"], () => showFinalists(holder));
   showFinalists(holder);
 }
 
@@ -33,15 +33,16 @@ function showFinalists(holder) {
     ...objectives.map((entry, i) => sorter(axisTitle(entry), entry.definition, i)),
     ...limits.map((entry) => term(axisTitle(entry), entry.definition)),
     ...data.columns.map((entry, k) => sorter(entry.heading, entry.meaning, objectives.length + k)),
-    "State",
+    "State", "Pin",
   ];
   const body = rows.map((row) => [
     make("button", { type: "button", class: "picker", "aria-pressed": String(row.name === picked), "data-point": row.name,
-      onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, row.name),
+      onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, wordsOf(row.name)),
     ...row.point.texts.values.map(numberCell),
     ...limits.map((entry) => make("span", { class: "number" }, row.values[entry.index] === null ? "∞" : significant(row.values[entry.index]))),
     ...row.point.texts.columns.map((text) => make("span", { class: "number" }, text)),
     [data.states[row.layer], row.point.texts.faults].filter(Boolean).join(", "),
+    row.layer === "default" ? null : pinButton(row.name),
   ]);
   const table = tableOf(head, body, { class: "stacked" });
   [...table.tBodies[0].rows].forEach((line, k) => line.classList.toggle("picked", rows[k].name === picked));

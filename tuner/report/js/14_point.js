@@ -3,15 +3,14 @@
 function startPoint() {
   const choice = byId("choose-point");
   if (!choice) return;
-  choice.append(...finalists.map((row) => make("option", { value: row.name },
-    row.layer === "tuned" ? `${row.name}, ${data.called}` : row.name)));
+  choice.append(...finalists.map((row) => make("option", { value: row.name }, wordsOf(row.name))));
   choice.addEventListener("change", () => pick(choice.value));
   byId("previous").addEventListener("click", () => pick(neighbour(store.get().x, -1)));
   byId("next").addEventListener("click", () => pick(neighbour(store.get().x, 1)));
   byId("save-point").addEventListener("click", () => saveGains(store.get().picked));
   byId("copy-point").addEventListener("click", (event) => copyText(gainsText(store.get().picked), event.currentTarget));
   for (const show of [showPoint, showMargins]) {
-    store.on(["picked"], show);
+    store.on(["picked", "pins"], show);
     show();
   }
   store.on(["picked", "scenario"], tellResponses);
@@ -23,25 +22,28 @@ let recommendedGains = null;
 function showPoint() {
   const row = byName.get(store.get().picked);
   byId("choose-point").value = row.name;
-  byId("point-name").textContent = row.layer === "tuned" ? `${row.name}, ${data.called}` : row.name;
+  byId("point-name").textContent = heading(row.name);
   byId("point-state").textContent = row.point.texts.state;
+  byId("point-why").textContent = row.point.texts.why;
   // The table at the top tells of the recommended point what stands here of any other.
-  byId("point-numbers").open = row.layer !== "tuned";
+  byId("point-numbers").open = row.layer !== "tuned" || store.get().pins.length > 0;
   byId("point-metrics").replaceChildren(metricsTable(row));
   recommendedGains ??= byId("point-gains").firstElementChild;
   byId("point-gains").replaceChildren(row.layer === "tuned" ? recommendedGains : gainsTable(row));
 }
 
-// Rows of every quantity: its limit, the default, this point, the difference and the verdict.
+// Rows of every quantity: its limit, the default, this point, the difference and the verdict, then the pinned points.
 function metricsTable({ point }) {
+  const others = store.get().pins.filter((name) => name !== point.name);
   const rows = data.quantities.map((entry, i) => {
     const { value, difference, verdict, style } = point.texts.quantities[i];
+    const pinned = others.map((name) => numberCell(byName.get(name).point.texts.quantities[i].value));
     return [
       term(entry.label, entry.definition), entry.unit, entry.limit, ...[entry.default, value, difference].map(numberCell),
-      make("span", { class: `verdict ${style}` }, verdict),
+      make("span", { class: `verdict ${style}` }, verdict), ...pinned,
     ];
   });
-  return tableOf(["Quantity", "Unit", "Limit", "Default", point.name, "Difference", "Verdict"], rows, { class: "stacked" });
+  return tableOf(["Quantity", "Unit", "Limit", "Default", heading(point.name), "Difference", "Verdict", ...others.map(heading)], rows, { class: "stacked" });
 }
 
 function gainsTable({ point }) {
@@ -52,7 +54,7 @@ function gainsTable({ point }) {
       make("strong", { class: "number" }, value), placeCell(entry, place, remark),
     ];
   });
-  return tableOf(["Gain", "Unit", "Default", point.name, "Place in the search range"], rows, { class: "stacked gains" });
+  return tableOf(["Gain", "Unit", "Default", heading(point.name), "Place in the search range"], rows, { class: "stacked gains" });
 }
 
 // The range as a line with the default (square) and the point (diamond) on it.
@@ -75,8 +77,8 @@ function tellResponses() {
   const { picked, scenario } = store.get();
   const flights = data.responses.flights[scenario];
   const worst = isNumber(flights[picked]) ? `; worst case: number ${flights[picked]}` : "";
-  holder.textContent = picked in flights ? `${picked} in ${scenario}${worst}`
-    : `No responses of ${picked} are stored; ${Object.keys(flights).length} other points have them.`;
+  holder.textContent = picked in flights ? `${heading(picked)} in ${scenario}${worst}`
+    : `No responses of ${wordsOf(picked)} are stored; ${Object.keys(flights).length} other points have them.`;
 }
 
 // The margins of every loop of the picked point.
@@ -87,5 +89,5 @@ function showMargins() {
   const rows = byName.get(picked).point.texts.loops.map(([channel, stable, ...texts]) =>
     [channel, stable, ...texts.map((text) => make("span", { class: "number" }, text))]);
   const head = ["Loop", "Stable", ...data.margins.map(([text, meaning]) => term(text, meaning)), "Amplitude shown"];
-  holder.replaceChildren(rows.length ? tableOf(head, rows, { class: "margins stacked" }) : make("p", { class: "note" }, `No loops of ${picked} are stored.`));
+  holder.replaceChildren(rows.length ? tableOf(head, rows, { class: "margins stacked" }) : make("p", { class: "note" }, `No loops of ${wordsOf(picked)} are stored.`));
 }

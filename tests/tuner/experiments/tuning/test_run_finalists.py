@@ -1,6 +1,7 @@
 """What a run keeps of every finalist: responses, constrained quantities, margins."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,12 @@ from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.quadrotor.scenarios import HELD_OUT
 from tests.tables import frame_written
+from tests.tuner.conftest import QUICKSTART
+from tuner.analysis.held_out import compare_known
 from tuner.analysis.responses import LEVELS, quantiles
+from tuner.documents.parts import on_page
+from tuner.documents.states import tightest_margins
+from tuner.documents.tuning import SHOWN
 from tuner.experiments.tuning import fans
 from tuner.experiments.tuning.fans import (
     FAN_SCENARIOS,
@@ -29,7 +35,9 @@ from tuner.experiments.tuning.tables import (
     POINTS,
     constraint_table,
     margin_table,
+    worst_state_table,
 )
+from tuner.study.build import load_study
 
 
 @pytest.fixture(scope="module")
@@ -174,3 +182,17 @@ def test_without_steady_flight_there_are_no_margins(outcome, monkeypatch):
 
     monkeypatch.setattr(type(outcome.study), "margin_model", none)
     assert margin_table(outcome) is None
+
+
+def test_loops_in_the_worst_steady_state_have_the_margins_that_are_judged():
+    study = load_study(QUICKSTART)
+    limits = [
+        on_page(row, *SHOWN) for row in compare_known(problem_of(study, 1, None), np.array([study.default_row] * 2))
+    ]
+    default: Any = SimpleNamespace(study=study, gains=lambda _: study.default_row, names=["default"], tuned=0)
+    table = written(worst_state_table(default, limits))
+    tightest = tightest_margins(limits)["default"]
+    assert set(table.state) == {tightest.default_state} and tightest.default_state != "hover"
+    # The limit was read without these loops: in all states, and of all channels at once.
+    assert tightest.label == "ms" and table.ms.max() == pytest.approx(tightest.default.value, rel=1e-6)
+    assert worst_state_table(default, []) is None

@@ -102,7 +102,8 @@ def duplicate_knees(names: Sequence[str], tuned: int, words: Mapping[int, Collec
         return []
     others = first_texts(alike, 3)
     return [
-        f"{names[tuned]} is neither better nor worse than {others} in any objective. Take any of them, or raise held_out."
+        f"The tuned gains ({names[tuned]}) are neither better nor worse than {others} in any objective. Take any of them, or "
+        "raise held_out."
     ]
 
 

@@ -129,7 +129,7 @@ def test_objectives_that_rank_alike_are_named_whatever_the_shape():
 def test_a_point_that_is_neither_better_nor_worse_is_a_duplicate(word, alike):
     said = duplicate_knees(["default", "p1", "p2"], 1, {1: ["no practical difference"], 2: [word]})
     assert bool(said) is alike
-    assert not said or ("p1 is neither better nor worse than p2" in said[0] and "raise held_out" in said[0])
+    assert not said or ("(p1) are neither better nor worse than p2" in said[0] and "raise held_out" in said[0])
 
 
 def test_one_objective_that_differs_is_enough_and_the_default_is_not_asked():

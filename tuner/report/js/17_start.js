@@ -29,7 +29,7 @@ function startFolds() {
   };
   document.addEventListener("click", (event) => unfold(event.target.closest?.("a[href^='#']")?.hash ?? ""));
   window.addEventListener("beforeprint", () => { for (const fold of folds) fold.open = true; });
-  if (!linked()) unfold(window.location.hash);
+  if (!linked().picked) unfold(window.location.hash);
 }
 
 function startCopies() {
@@ -48,12 +48,19 @@ if (finalists.length) {
   startSpace();
   startMatrix();
   startParallel();
+  startSlices();
   startFinalists();
   startPoint();
+  startPins();
 }
 startCharts();
 startCopies();
-window.addEventListener("hashchange", () => { if (linked()) pick(linked()); });
+window.addEventListener("hashchange", () => {
+  const { picked, pins } = linked();
+  if (!picked) return;
+  store.set({ pins });
+  pick(picked);
+});
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 window.addEventListener("beforeprint", () => print(true));
 window.addEventListener("afterprint", () => print(false));
