@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from tuner.documents.tuning_tables import Loop
 from tuner.extensions.studio.charts import margin_panels, response_panels
 from tuner.extensions.studio.flights import STAGES, Flights
 from tuner.extensions.studio.front import Front
@@ -56,7 +57,9 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
     # With the first flights the setting is compared with the default alone, because the hand still moves.
     others = request.settings[1:] if count > STAGES[0] else request.settings[1:2]
     rows = judged(session, bench.flights, [request.settings[0], *others], count)
-    panels = [*_responses(bench, request, count), *_margins(bench, request), *bench.front.panels(rows)]
+    loops = _loops(bench, request, rests=count > STAGES[0])
+    drawn = margin_panels(loops, _names(request), bench.limits) if loops else []
+    panels = [*_responses(bench, request, count), *drawn, *bench.front.panels(rows)]
     document: Document = {
         "number": request.number,
         "flights": count,
@@ -64,7 +67,8 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
         "rows": rows,
         "others": [{"name": setting.name, "key": setting.key} for setting in others],
         "summary": summary(rows),
-        "note": precision_note(session, count),
+        "worst": loops["here"].case if loops else "",
+        "note": precision_note(session, bench.flights, count),
         **page_data(panels),
     }
     if count >= STAGES[-1] and bench.loops.channels:
@@ -81,11 +85,10 @@ def _responses(bench: Bench, request: PageRequest, count: int) -> list[Panel]:
     return response_panels(by_key, _names(request))
 
 
-def _margins(bench: Bench, request: PageRequest) -> list[Panel]:
+def _loops(bench: Bench, request: PageRequest, rests: bool) -> dict[str, Loop]:
     if not request.channel:
-        return []
-    loops = {setting.key: bench.loops.curve(setting, request.channel) for setting in request.settings}
-    return margin_panels(loops, _names(request), bench.limits)
+        return {}
+    return {setting.key: bench.loops.curve(setting, request.channel, rests) for setting in request.settings}
 
 
 def _names(request: PageRequest) -> dict[str, str]:

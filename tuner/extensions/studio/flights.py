@@ -11,6 +11,7 @@ import numpy as np
 
 from objectives.evaluator import OF_CANDIDATES
 from objectives.problem import Evaluation, FlightBatch, Problem
+from objectives.requirements import first_values, further_values, worst_value
 from plant.backends.flyer import FlightInputs
 from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.lost_flights import loss_costs
@@ -79,13 +80,14 @@ class Flights:
     def evaluate(self, rows: Array, flights: int) -> Evaluation:
         """Return the evaluation of gains rows (n, g).
 
-        flights: number of each scenario, from the first on.
+        flights: number of each scenario, from the first on; with those of the first stage limits on margins are looked at as a
+        search does, see `search_values`.
         """
         before = 0
         for last in (*[stage for stage in STAGES if stage < flights], flights):
             self._fly_on(rows, before, last)
             before = last
-        return self.problem.evaluate_gains(rows, self.batches(flights), fly_all=True, complete=True)
+        return self.problem.evaluate_gains(rows, self.batches(flights), fly_all=True, complete=flights > STAGES[0])
 
     def _fly_on(self, rows: Array, first: int, last: int) -> None:
         """Fly from one stage to the next."""
@@ -119,6 +121,15 @@ class Flights:
         if flights not in self._costs:
             self._costs[flights] = loss_costs(self.problem, self.batches(flights))
         return self._costs[flights]
+
+
+def search_values(problem: Problem, rows: Array) -> Array:
+    """Return the values (n, requirements) in the steady states of a search.
+
+    rows: gains rows (n, g). Values near a limit are not read again exactly: that takes 0.7 s where position loops wait.
+    """
+    both = np.stack([first_values(problem.screens, rows), further_values(problem.screens, rows)])
+    return worst_value(problem.requirements, both)
 
 
 def rows_of(evaluation: Evaluation, rows: Sequence[int]) -> Evaluation:

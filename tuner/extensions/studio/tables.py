@@ -14,7 +14,7 @@ from tuner.documents.parts import Estimate, on_page, row_in_degrees
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import SHOWN
 from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, signed_verdict, verdict_on_limit
-from tuner.extensions.studio.flights import STAGES, Flights, rows_of
+from tuner.extensions.studio.flights import STAGES, Flights, rows_of, search_values
 from tuner.extensions.studio.session import Session, Setting
 from tuner.report.labels import definition_text, plain_label, plain_margin, time_unit
 from tuner.report.verdict_text import ALL_LIMITS
@@ -52,8 +52,7 @@ def _pair(
     flown = compare(problem, both, study.seed, study.table.relevant, flights.costs(count))
     if count > STAGES[0]:
         return [*flown, *compare_known(problem, rows[[other, 0]])]
-    # The same values; to name the worst states takes 0.7 s where position loops wait.
-    values = zip(problem.requirements, *both.requirements.tolist(), strict=True)
+    values = zip(problem.requirements, *search_values(problem, rows[[other, 0]]).tolist(), strict=True)
     return [*flown, *[required_row(requirement, first, second) for requirement, first, second in values]]
 
 
@@ -123,14 +122,17 @@ def _count(part: int, of: int) -> str:
     return "the limit" if of == 1 else f"{part} of {of} limits"
 
 
-def precision_note(session: Session, count: int) -> str:
-    """Return a sentence on risks with few flights in the tail."""
+def precision_note(session: Session, flights: Flights, count: int) -> str:
+    """Return sentences on numbers that more flights or a rest settle."""
     few = [
         entry.label
         for entry in session.study.objectives
         if count * (1 if entry.scenario else len(session.study.scenarios)) < minimum_samples(entry.risk)
     ]
-    return f"Few flights in the tail yet: {', '.join(few)}." if few else ""
+    notes = [f"Few flights in the tail yet: {', '.join(few)}."] * bool(few)
+    if count <= STAGES[0] and any(screen.complete for screen in flights.problem.screens):
+        notes.append("Limits on margins in all steady states follow.")
+    return " ".join(notes)
 
 
 def loop_table(document: MarginsDocument) -> Row:
