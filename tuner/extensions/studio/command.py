@@ -47,12 +47,17 @@ def studio(
     require_server("tuner studio")
     from tuner.extensions.studio.session import open_session
 
-    if not out.is_dir():
-        raise InputError("is no folder; make it first", file=out, key="--out")
-    if present is not None and not present.is_file():
-        raise InputError("there is no such file", file=present, key="--present")
+    check_places(out, present)
     session = open_session(given, study)
     serve(session, out.resolve(), None if no_browser else webbrowser.open, present, port, threads)
+
+
+def check_places(out: Path, present: Path | None) -> None:
+    """Raise InputError where the folder or the file of present parameters is missing."""
+    if not out.is_dir():
+        raise InputError("is no folder; make it first", file=out, key="out")
+    if present is not None and not present.is_file():
+        raise InputError("there is no such file", file=present, key="present")
 
 
 def require_server(command: str) -> None:
@@ -69,33 +74,15 @@ def serve(
     port: int = 0,
     threads: int | None = None,
 ) -> None:
-    """Serve the page of a session until Ctrl-C.
+    """Serve the page of a session until Ctrl-C; browse: opens the address, None to print it alone; others as `opened_page`."""
+    from tuner.extensions.studio.server import opened_page, server_of
 
-    Args:
-        session: The opened study.
-        out: Folder that takes what is saved.
-        browse: Opens the address in a browser, None to print it alone.
-        present: Parameter file of what the vehicle flies.
-        port: Port, 0 for any free one.
-        threads: Threads of flights, by default one for each core.
-    """
-    from tuner.extensions.studio.answering import Bench
-    from tuner.extensions.studio.guard import Door
-    from tuner.extensions.studio.outputs import Outputs
-    from tuner.extensions.studio.server import Studio, bound_socket, server_of
-    from tuner.extensions.studio.work import Work
-
-    listening = bound_socket(port)
-    door = Door(listening.getsockname()[1])
-    bench = Bench.of(session, threads)
-    work = Work(bench)
-    page = Studio(work, door, Outputs(bench, out, present))
-    print(f"Studio: {door.address}\nCtrl-C ends it.", flush=True)
+    page, listening = opened_page(session, out, present, port, threads)
+    print(f"Studio: {page.door.address}\nCtrl-C ends it.", flush=True)
     if browse is not None:
-        browse(door.address)
+        browse(page.door.address)
     try:
         server_of(page).run([listening])
     finally:
-        page.searches.close()
-        work.close()
+        page.close()
         listening.close()

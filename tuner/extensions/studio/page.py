@@ -20,10 +20,11 @@ REPORT_SCRIPTS = (
 """Scripts of the report that the page uses: elements, numbers, state, charts and tips."""
 
 
-def page_text(session: Session) -> str:
-    """Return the page of a session as HTML."""
+def page_text(session: Session, query: str = "") -> str:
+    """Return the page of a session as HTML; query: end of the addresses of its requests."""
     responses, loops = blank_panels(session)
     return Template(studio_file("studio.html")).substitute(
+        query=query,
         title=safe(session.study.title),
         about=safe(", ".join(f"{key} {value}" for key, value in session.study.about)),
         responses=join(map(frame, responses)),

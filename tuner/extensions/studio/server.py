@@ -5,6 +5,7 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -16,6 +17,7 @@ from starlette.routing import Route
 
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
+from tuner.extensions.studio.answering import Bench
 from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
@@ -23,6 +25,7 @@ from tuner.extensions.studio.messages import PageRequest, read_request, table_of
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
+from tuner.extensions.studio.session import Session
 from tuner.extensions.studio.work import Work, line, refusal
 
 PROGRESS_SECONDS = 0.4
@@ -67,9 +70,14 @@ class Studio:
         errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
         return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
 
+    def close(self) -> None:
+        """End a search, and drop what is waiting."""
+        self.searches.close()
+        self.work.close()
+
     async def page(self, _: Request) -> Response:
         """Return the page."""
-        return HTMLResponse(page_text(self.work.bench.session), headers=dict(HEADERS))
+        return HTMLResponse(page_text(self.work.bench.session, self.door.query), headers=self.door.headers)
 
     async def open(self, request: Request) -> Response:
         """Return the description of the study, behind lines of progress."""
@@ -198,6 +206,30 @@ def bound_socket(port: int) -> socket.socket:
             f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port"
         ) from None
     return listening
+
+
+def opened_page(
+    session: Session,
+    out: Path,
+    present: Path | None = None,
+    port: int = 0,
+    threads: int | None = None,
+    embeds: bool = False,
+) -> tuple[Studio, socket.socket]:
+    """Return the application of a session, and the socket that it will answer on.
+
+    Args:
+        session: The opened study.
+        out: Folder that takes what is saved.
+        present: Parameter file of what the vehicle flies.
+        port: Port, 0 for any free one.
+        threads: Threads of flights, by default one for each core.
+        embeds: Whether the page may lie in a notebook.
+    """
+    listening = bound_socket(port)
+    door = Door(listening.getsockname()[1], embeds=embeds)
+    bench = Bench.of(session, threads)
+    return Studio(Work(bench), door, Outputs(bench, out, present)), listening
 
 
 def server_of(studio: Studio) -> uvicorn.Server:

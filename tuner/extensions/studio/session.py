@@ -11,7 +11,7 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, shortened
 from tuner.api.gains import Gains, gains_of, gains_of_plant, read_gains
-from tuner.api.studies import gains_study
+from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.opening import kind_in
 from tuner.documents.tuning import TuningFolder
 from tuner.store.advice import RECORD
@@ -122,7 +122,7 @@ GAINS: Mapping[str, Callable[[Any, np.ndarray], Gains]] = {
 """Kind of study -> function that returns a gains row as gains."""
 
 
-def open_session(given: Path | None, study: Path | None = None) -> Session:
+def open_session(given: Path | None, study: StudyLike | None = None) -> Session:
     """Open a study, a results folder, or gains with their study.
 
     Args:
@@ -137,14 +137,14 @@ def open_session(given: Path | None, study: Path | None = None) -> Session:
     if path.is_dir():
         return _of_folder(path)
     if path.suffix == ".json":
-        return _of_gains(path, study)
+        return session_of_gains(path, study)
     if path.suffix in (".py", ".fmu"):
         raise InputError(
             "a plant alone has no loops, ranges and scenarios; name it in a study ([plant] file = ...) and open that, see "
             "docs/own_plant.md",
             file=path,
         )
-    return _of_study(_searched(gains_study(named_study(path) or study_file(path), "tuner studio")))
+    return session_of_study(named_study(path) or study_file(path))
 
 
 def _searched(study: TuningStudy) -> TuningStudy:
@@ -153,6 +153,11 @@ def _searched(study: TuningStudy) -> TuningStudy:
     if study.kind not in GAINS:
         raise InputError("has no flights of its own; open a study of a quadrotor or of a plant", file=study.path)
     return study
+
+
+def session_of_study(study: StudyLike) -> Session:
+    """Open a study."""
+    return _of_study(_searched(gains_study(study, "tuner studio")))
 
 
 def _of_study(study: TuningStudy) -> Session:
@@ -179,7 +184,8 @@ def recorded(folder: Path) -> Any:
     return load_any(folder / read_record(folder).study)
 
 
-def _of_gains(path: Path, study: Path | None) -> Session:
+def session_of_gains(path: Path, study: StudyLike | None) -> Session:
+    """Open gains with their study, or with the study of the results folder around them."""
     home = path.resolve().parent
     if study is None and (home / RECORD).exists():
         session = _of_folder(home)
@@ -188,7 +194,7 @@ def _of_gains(path: Path, study: Path | None) -> Session:
             "gains hold no scenarios and no ranges; add --study FILE, for instance --study quickstart", file=path
         )
     else:
-        session = _of_study(_searched(gains_study(study, "tuner studio --study")))
+        session = session_of_study(study)
     read_gains(path)
     row = session.study.read_row(path)
     return Session(

@@ -2,7 +2,7 @@
 
 // The library is a file of the server, which the report has in its page.
 loading = new Promise((resolve) => {
-  document.head.append(make("script", { src: "/plotly.js", async: true, onload: () => resolve(window.Plotly) }));
+  document.head.append(make("script", { src: addressOf("/plotly.js"), async: true, onload: () => resolve(window.Plotly) }));
 });
 
 function startStudioCharts() {
