@@ -25,6 +25,12 @@ LOOKS = {
 """Key of a setting -> its look, from back to front."""
 FORBIDDEN = Look("bad", opacity=0.12)
 """Look of the part that a limit forbids."""
+LOOP_AIDS = {
+    "loop-gain": "Bars are gain margins; a bar that ends in the shaded part violates the limit.",
+    "loop-phase": "Bars are phase margins; a bar that ends in the shaded part violates the limit.",
+    "loop-nyquist": "The shaded disc is what the limit on Ms forbids.",
+}
+"""Key of a panel -> line on how to read it."""
 MAX_INSTANTS = 200
 """Instants of a band; a chart of the page has hardly more pixels."""
 
@@ -81,17 +87,13 @@ def margin_panels(loops: Mapping[str, Loop], names: Mapping[str, str], limits: M
         over, under = [*over, *gain], [*under, *phase]
         plane += nyquist_marks(loop.frequency, loop.response, LOOKS[key], names[key], show)
     across = np.array(axes.frequency.ends or (1e-3, 1e3))
-    panels = loop_panels([*_gain_limit(across, limits), *over], [*_phase_limit(across, limits), *under], plane, axes)
-    gain_panel, phase_panel, nyquist = (replace(panel, form="plot") for panel in panels)
-    return [
-        replace(gain_panel, aid="Bars are gain margins; a bar that ends in the shaded part violates the limit."),
-        replace(phase_panel, aid="Bars are phase margins; a bar that ends in the shaded part violates the limit."),
-        replace(
-            nyquist,
-            marks=[*_peak_limit(limits), *nyquist.marks],
-            aid="The shaded disc is what the limit on Ms forbids.",
-        ),
-    ]
+    gain_marks, phase_marks = [*_gain_limit(across, limits), *over], [*_phase_limit(across, limits), *under]
+    return as_plots(loop_panels(gain_marks, phase_marks, [*_peak_limit(limits), *plane], axes))
+
+
+def as_plots(panels: Sequence[Panel]) -> list[Panel]:
+    """Return panels of loops as the page has them."""
+    return [replace(panel, form="plot", aid=LOOP_AIDS[panel.key]) for panel in panels]
 
 
 def _gain_limit(across: Array, limits: Mapping[str, float]) -> list[Mark]:

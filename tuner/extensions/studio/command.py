@@ -11,7 +11,9 @@ from plant.errors import InputError, require_package
 from tuner.cli.app import Threads, app, study_option
 
 if TYPE_CHECKING:
-    from tuner.extensions.studio.session import Session
+    from socket import socket
+
+    from tuner.extensions.studio.server import Studio
 
 
 @app.command()
@@ -45,15 +47,16 @@ def studio(
     Example: tuner studio results/quickstart --no-browser
     """
     require_server("tuner studio")
+    from tuner.extensions.studio.server import opened_page
     from tuner.extensions.studio.session import open_session
 
     check_places(out, present)
-    session = open_session(given, study)
-    serve(session, out.resolve(), None if no_browser else webbrowser.open, present, port, threads)
+    page = opened_page(open_session(given, study), out.resolve(), present, port, threads)
+    serve(*page, None if no_browser else webbrowser.open)
 
 
 def check_places(out: Path, present: Path | None) -> None:
-    """Raise InputError where the folder or the file of present parameters is missing."""
+    """Raise InputError where the folder or the present file is missing."""
     if not out.is_dir():
         raise InputError("is no folder; make it first", file=out, key="out")
     if present is not None and not present.is_file():
@@ -66,18 +69,10 @@ def require_server(command: str) -> None:
         require_package(package, "studio", key=command)
 
 
-def serve(
-    session: "Session",
-    out: Path,
-    browse: Callable[[str], object] | None,
-    present: Path | None = None,
-    port: int = 0,
-    threads: int | None = None,
-) -> None:
-    """Serve the page of a session until Ctrl-C; browse: opens the address, None to print it alone; others as `opened_page`."""
-    from tuner.extensions.studio.server import opened_page, server_of
+def serve(page: "Studio", listening: "socket", browse: Callable[[str], object] | None) -> None:
+    """Serve a page until Ctrl-C; browse: opens the address, None to print it alone."""
+    from tuner.extensions.studio.server import server_of
 
-    page, listening = opened_page(session, out, present, port, threads)
     print(f"Studio: {page.door.address}\nCtrl-C ends it.", flush=True)
     if browse is not None:
         browse(page.door.address)

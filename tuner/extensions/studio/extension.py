@@ -8,6 +8,5 @@ EXTENSION = Extension(
     about="A local page on which gains are moved by hand, and responses, margins and limits follow.",
     command_module=f"{HOME}.command",
     commands=("studio",),
-    api={"studio": f"{HOME}.api:studio"},
     companions={"live": f"{HOME}.live:live_page"},
 )

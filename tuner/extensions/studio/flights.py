@@ -4,8 +4,9 @@ Flights are kept by their gains, so that a setting that is shown again, and the 
 """
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,18 +22,32 @@ from tuner.experiments.tuning.problem import problem_of
 from tuner.study.tuning_study import TuningStudy
 
 Array = np.ndarray
+K = TypeVar("K")
+V = TypeVar("V")
 STAGES = (16, 64, 256)
 """Numbers of flights of each scenario, one stage of an answer after the other."""
 MAX_SETTINGS = 48
 """Settings whose flights are kept; those of the oldest are dropped."""
 
 
+class Recent(OrderedDict[K, V]):
+    """Values of the keys that were needed last."""
+
+    def get_or_make(self, key: K, make: Callable[[], V]) -> V:
+        """Return the value of a key, made where there is none."""
+        if key not in self:
+            self[key] = make()
+        self.move_to_end(key)
+        while len(self) > MAX_SETTINGS:
+            self.popitem(last=False)
+        return self[key]
+
+
 class KeptFlights:
     """Results of flights by gains row, from flight 0 on; a `FlightMemory` in memory."""
 
-    def __init__(self, most: int = MAX_SETTINGS) -> None:
-        self._most = most
-        self._rows: OrderedDict[bytes, dict[str, Array]] = OrderedDict()
+    def __init__(self) -> None:
+        self._rows = Recent[bytes, dict[str, Array]]()
 
     def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
         """Return the results (last - first, rows), None if some are missing."""
@@ -45,14 +60,11 @@ class KeptFlights:
     def keep(self, key: str, batch: FlightBatch, gains: Array, first: int, results: Array) -> None:  # noqa: ARG002
         """Add the results (n, flights, rows) of gains rows (n, g) from flight `first` on."""
         for row, made in zip(gains, results, strict=True):
-            by_key = self._rows.setdefault(row.tobytes(), {})
-            self._rows.move_to_end(row.tobytes())
+            by_key = self._rows.get_or_make(row.tobytes(), dict)
             before = by_key.get(key)
             count = 0 if before is None else len(before)
             if first <= count < first + len(made):
                 by_key[key] = made.copy() if before is None else np.concatenate([before[:first], made])
-        while len(self._rows) > self._most:
-            self._rows.popitem(last=False)
 
     def commit(self, name: str) -> None:
         """Write nothing: these flights end with the page."""
@@ -70,7 +82,7 @@ class Flights:
         self.study = study
         self.problem: Problem = problem_of(study, threads, KeptFlights())
         self._inputs: dict[tuple[int, int], FlightInputs] = {}
-        self._responses: OrderedDict[tuple[bytes, int, int], Responses] = OrderedDict()
+        self._responses = Recent[tuple[bytes, int, int], Responses]()
         self._costs: dict[int, Array] = {}
 
     def batches(self, flights: int) -> tuple[FlightBatch, ...]:
@@ -102,13 +114,10 @@ class Flights:
         They are of 64 flights at most, as those of `tuner fly`.
         """
         count = min(flights, FAN_FLIGHTS)
-        key = (row.tobytes(), scenario, count)
-        if key not in self._responses:
-            system, flyer = self.problem.system, self.problem.flyer
-            self._responses[key] = responses_of(system, flyer, row, self._drawn(scenario, count))
-            while len(self._responses) > MAX_SETTINGS:
-                self._responses.popitem(last=False)
-        return self._responses[key]
+        return self._responses.get_or_make(
+            (row.tobytes(), scenario, count),
+            lambda: responses_of(self.problem.system, self.problem.flyer, row, self._drawn(scenario, count)),
+        )
 
     def _drawn(self, scenario: int, count: int) -> FlightInputs:
         if (scenario, count) not in self._inputs:

@@ -47,8 +47,7 @@ class Door:
     Attributes:
         port: Port that it listens on.
         token: Random token of this run.
-        embeds: Whether the page may lie in a notebook of this machine; its requests then carry the token in their addresses, because
-            browsers give frames of another site no cookies.
+        embeds: Whether a notebook may frame the page; addresses then hold the token, since foreign frames have no cookies.
     """
 
     port: int

@@ -1,6 +1,5 @@
 """Loops of settings: the margins as `tuner margins` has them, and curves in the worst steady state and amplitude."""
 
-from collections import OrderedDict
 from collections.abc import Mapping
 from functools import cached_property
 from typing import cast
@@ -16,6 +15,7 @@ from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import plant_subject, subject_of
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning_tables import Loop
+from tuner.extensions.studio.flights import Recent
 from tuner.extensions.studio.session import Session, Setting
 from tuner.study.margins import nominal_margins
 from tuner.study.plant_study import PlantStudy
@@ -30,8 +30,6 @@ POINTS = 300
 """Frequencies of a curve; a chart has no more pixels."""
 SHADED_MARGINS = {"phase_margin": "phase_margin", "gain_up": "gain_margin", "ms": "ms"}
 """Margin of the usual limits -> margin of a study, which charts shade."""
-MAX_SETTINGS = 48
-"""Settings whose curves and margins are kept."""
 
 
 class LoopCurves:
@@ -39,8 +37,8 @@ class LoopCurves:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._curves: OrderedDict[tuple[bytes, str], Loop] = OrderedDict()
-        self._documents: OrderedDict[bytes, MarginsDocument] = OrderedDict()
+        self._curves = Recent[tuple[bytes, str], Loop]()
+        self._documents = Recent[bytes, MarginsDocument]()
         self._latest: dict[str, Place] = {}
 
     @cached_property
@@ -84,16 +82,14 @@ class LoopCurves:
         rests: whether all steady states and amplitudes are looked at, not only the worst of the latest setting that rested.
         """
         key = (setting.row.tobytes(), channel)
-        if key in self._curves:
-            return self._curves[key]
-        if not rests and channel in self._latest:
+        if not rests and key not in self._curves and channel in self._latest:
             return self._drawn(setting.row, channel, self._latest[channel])
-        curves = [self._drawn(setting.row, channel, place) for place in self._places]
+        return self._curves.get_or_make(key, lambda: self._worst(setting.row, channel))
+
+    def _worst(self, row: Array, channel: str) -> Loop:
+        curves = [self._drawn(row, channel, place) for place in self._places]
         worst = int(np.argmin([np.abs(1.0 + curve.response).min() for curve in curves]))
         self._latest[channel] = self._places[worst]
-        self._curves[key] = curves[worst]
-        while len(self._curves) > MAX_SETTINGS:
-            self._curves.popitem(last=False)
         return curves[worst]
 
     def _drawn(self, row: Array, channel: str, place: Place) -> Loop:
@@ -104,12 +100,7 @@ class LoopCurves:
 
     def margins(self, setting: Setting) -> MarginsDocument:
         """Return the margins of a setting's loops: those of `tuner margins`, at hover; limits have rows of their own."""
-        key = setting.row.tobytes()
-        if key not in self._documents:
-            self._documents[key] = self._judged(setting.row)
-            while len(self._documents) > MAX_SETTINGS:
-                self._documents.popitem(last=False)
-        return self._documents[key]
+        return self._documents.get_or_make(setting.row.tobytes(), lambda: self._judged(setting.row))
 
     def _judged(self, row: Array) -> MarginsDocument:
         study = self._session.study

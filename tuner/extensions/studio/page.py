@@ -4,6 +4,7 @@ from functools import cache
 from importlib.resources import files
 from string import Template
 
+from tuner.extensions.studio.charts import as_plots
 from tuner.extensions.studio.front import AID, KEY
 from tuner.extensions.studio.session import Session
 from tuner.report.charts import fans
@@ -48,16 +49,7 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
         )
         for k, name in enumerate(names)
     ]
-    aids = (
-        "Bars are gain margins; a bar that ends in the shaded part violates the limit.",
-        "Bars are phase margins; a bar that ends in the shaded part violates the limit.",
-        "The shaded disc is what the limit on Ms forbids.",
-    )
-    loops = [
-        Panel(panel.key, panel.title, panel.x, panel.y, [], form="plot", aid=aid)
-        for panel, aid in zip(loop_panels([], [], []), aids, strict=True)
-    ]
-    return responses, loops
+    return responses, as_plots(loop_panels([], [], []))
 
 
 def studio_file(name: str) -> str:

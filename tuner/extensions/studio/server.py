@@ -21,7 +21,7 @@ from tuner.extensions.studio.answering import Bench
 from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
-from tuner.extensions.studio.messages import PageRequest, read_request, table_of, values_of
+from tuner.extensions.studio.messages import PageRequest, read_request, table_of
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
@@ -58,7 +58,7 @@ class Studio:
             Route("/plotly.js", lambda _: _packed("plotly-cartesian.min.js.gz")),
             Route("/open", self.open, methods=["POST"]),
             Route("/answer", self.answer, methods=["POST"]),
-            Route("/design", self.design, methods=["POST"]),
+            Route("/design", self._written(self.rules.designed), methods=["POST"]),
             *[
                 Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
                 for name in ("save", "export", "study", "judge", "compare")
@@ -82,24 +82,15 @@ class Studio:
     async def open(self, request: Request) -> Response:
         """Return the description of the study, behind lines of progress."""
         await message_of(request)
-        return self._lines(self._opened())
+        return self._lines(
+            self._waited(lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers}))
+        )
 
     async def answer(self, request: Request) -> Response:
         """Return the answers to a setting, one line for each stage."""
         message = await message_of(request)
         page_request = self.work.checked(message)
         return self._lines(self._answers(page_request))
-
-    async def design(self, request: Request) -> Response:
-        """Return the gains of a rule at a speed and a robustness."""
-        page_request = values_of(await message_of(request))
-        rules = self.rules
-
-        def designed() -> str:
-            values, notes = rules.values(page_request.get("time", 0.0), page_request.get("robustness", 1.0))
-            return line({"values": values, "text": " ".join(notes)})
-
-        return self._lines(self._waited(designed))
 
     def _written(self, write: Callable[[PageRequest, dict[str, Any]], Any]) -> Callable[[Request], Any]:
         """Return the end point of a file that a setting leaves."""
@@ -122,12 +113,6 @@ class Studio:
 
     def _lines(self, lines: AsyncIterator[str]) -> Response:
         return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
-
-    async def _opened(self) -> AsyncIterator[str]:
-        async for text in self._waited(
-            lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})
-        ):
-            yield text
 
     async def _answers(self, page_request: PageRequest) -> AsyncIterator[str]:
         for count, rest in STAGES_AFTER.items():
@@ -170,14 +155,10 @@ def _file(text: str, kind: str) -> Response:
     return Response(text, media_type=kind, headers=dict(HEADERS))
 
 
-def _packed(name: str) -> Response:
-    headers = {**HEADERS, "Content-Encoding": "gzip"}
-    return Response(_packed_bytes(name), media_type="text/javascript", headers=headers)
-
-
 @cache
-def _packed_bytes(name: str) -> bytes:
-    return files("tuner.report").joinpath("plotly", name).read_bytes()
+def _packed(name: str) -> Response:
+    packed = files("tuner.report").joinpath("plotly", name).read_bytes()
+    return Response(packed, media_type="text/javascript", headers={**HEADERS, "Content-Encoding": "gzip"})
 
 
 async def _error(_: Request, error: Exception) -> Response:
@@ -216,15 +197,9 @@ def opened_page(
     threads: int | None = None,
     embeds: bool = False,
 ) -> tuple[Studio, socket.socket]:
-    """Return the application of a session, and the socket that it will answer on.
+    """Return the application of a session and its socket; arguments are those of the command.
 
-    Args:
-        session: The opened study.
-        out: Folder that takes what is saved.
-        present: Parameter file of what the vehicle flies.
-        port: Port, 0 for any free one.
-        threads: Threads of flights, by default one for each core.
-        embeds: Whether the page may lie in a notebook.
+    embeds: whether a notebook may frame the page.
     """
     listening = bound_socket(port)
     door = Door(listening.getsockname()[1], embeds=embeds)

@@ -185,7 +185,7 @@ def recorded(folder: Path) -> Any:
 
 
 def session_of_gains(path: Path, study: StudyLike | None) -> Session:
-    """Open gains with their study, or with the study of the results folder around them."""
+    """Open gains with their study; by default that of their results folder."""
     home = path.resolve().parent
     if study is None and (home / RECORD).exists():
         session = _of_folder(home)

@@ -79,7 +79,9 @@ def studio(
     port: int = 0,
     threads: int | None = None,
 ) -> RunningStudio:
-    """Serve a local page on which gains are moved by hand, and return at once.
+    """Serve a local page on which gains are moved by hand.
+
+    The call returns at once.
 
     Args:
         given: Study, results or gains, in memory or by their path; by default the study quickstart.
