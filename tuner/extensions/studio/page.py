@@ -27,7 +27,7 @@ def page_text(session: Session, query: str = "") -> str:
     return Template(studio_file("studio.html")).substitute(
         query=query,
         title=safe(session.study.title),
-        about=safe(", ".join(f"{key} {value}" for key, value in session.study.about)),
+        about=safe(", ".join(f"{key} {value.rstrip('.')}" for key, value in session.study.about)),
         responses=join(map(frame, responses)),
         loops=join(map(frame, loops)),
         front=frame(Panel(KEY, "Trade-off", Axis(), Axis(), [], form="pair", aid=AID)),

@@ -130,14 +130,17 @@ class Studio:
         """Yield lines of progress during a task, then its line."""
         future, latest = self.work.submit(task), ""
         waiting = asyncio.wrap_future(future)
-        while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
-            if self.work.notes.text != latest:
-                latest = self.work.notes.text
-                yield line({"progress": latest})
         try:
+            while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
+                if self.work.notes.text != latest:
+                    latest = self.work.notes.text
+                    yield line({"progress": latest})
             yield waiting.result()
         except ToolError as error:
             yield refusal(error)
+        finally:
+            # A closed page drops a task that has not begun.
+            waiting.cancel()
 
 
 async def message_of(request: Request) -> Any:

@@ -21,7 +21,7 @@ async function* linesOf(response) {
     const lines = (rest + (value ?? "")).split("\n");
     rest = lines.pop();
     for (const line of lines) if (line) yield JSON.parse(line);
-    if (done) return;
+    if (done) { if (rest) yield JSON.parse(rest); return; }
   }
 }
 
