@@ -14,7 +14,6 @@ from tuner.extensions.studio.session import Session
 from tuner.extensions.studio.tables import judged, loop_table, precision_note, summary
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import page_data
-from tuner.report.sheets import fans_of
 
 Document = dict[str, Any]
 
@@ -77,11 +76,7 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
 
 
 def _responses(bench: Bench, request: PageRequest, count: int) -> list[Panel]:
-    scenario = bench.session.study.scenarios[request.scenario].spec.name
-    by_key = {
-        setting.key: fans_of(bench.flights.responses(setting.row, request.scenario, count), scenario)
-        for setting in request.settings
-    }
+    by_key = {each.key: bench.flights.fans(each.row, request.scenario, count) for each in request.settings}
     return response_panels(by_key, _names(request))
 
 

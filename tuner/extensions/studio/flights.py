@@ -18,7 +18,9 @@ from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.lost_flights import loss_costs
 from tuner.analysis.responses import Responses, responses_of
 from tuner.api.flying import FAN_FLIGHTS
+from tuner.documents.tables import Fan
 from tuner.experiments.tuning.problem import problem_of
+from tuner.report.sheets import fans_of
 from tuner.study.tuning_study import TuningStudy
 
 Array = np.ndarray
@@ -82,7 +84,7 @@ class Flights:
         self.study = study
         self.problem: Problem = problem_of(study, threads, KeptFlights())
         self._inputs: dict[tuple[int, int], FlightInputs] = {}
-        self._responses = Recent[tuple[bytes, int, int], Responses]()
+        self._fans = Recent[tuple[bytes, int, int], list[Fan]]()
         self._costs: dict[int, Array] = {}
 
     def batches(self, flights: int) -> tuple[FlightBatch, ...]:
@@ -108,16 +110,18 @@ class Flights:
             for begin, end in self.problem.chunks(batch):
                 self.problem.results(rows, batch, begin, end)
 
-    def responses(self, row: Array, scenario: int, flights: int) -> Responses:
-        """Return the recorded responses of a gains row (g,).
-
-        They are of 64 flights at most, as those of `tuner fly`.
-        """
+    def fans(self, row: Array, scenario: int, flights: int) -> list[Fan]:
+        """Return the bands of the responses of a gains row (g,), of 64 flights at most as those of `tuner fly`."""
         count = min(flights, FAN_FLIGHTS)
-        return self._responses.get_or_make(
+        # Bands of quickstart take 0.16 MB, its responses 4 MB.
+        return self._fans.get_or_make(
             (row.tobytes(), scenario, count),
-            lambda: responses_of(self.problem.system, self.problem.flyer, row, self._drawn(scenario, count)),
+            lambda: fans_of(self.responses(row, scenario, count), self.study.scenarios[scenario].spec.name),
         )
+
+    def responses(self, row: Array, scenario: int, count: int) -> Responses:
+        """Return the recorded responses of a gains row (g,)."""
+        return responses_of(self.problem.system, self.problem.flyer, row, self._drawn(scenario, count))
 
     def _drawn(self, scenario: int, count: int) -> FlightInputs:
         if (scenario, count) not in self._inputs:
