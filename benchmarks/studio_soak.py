@@ -9,6 +9,7 @@ import json
 import random
 import subprocess
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPConnection
 from pathlib import Path
@@ -66,8 +67,8 @@ def memory(process: int) -> float:
     return int(text.partition("VmRSS:")[2].split()[0]) / 1024.0
 
 
-def soak(moves: int) -> dict[str, Any]:
-    """Return the memory [MB] of a process with three studios after each tenth of so many moves."""
+def soak(moves: int) -> float:
+    """Return the memory [MB] of a process with three studios after so many moves."""
     command = [sys.executable, "-c", PROGRAM, *STUDIES]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8") as process:
         assert process.stdout is not None and process.stdin is not None, "both are pipes"
@@ -81,22 +82,28 @@ def soak(moves: int) -> dict[str, Any]:
                 list(pool.map(lambda page, each=each: [page.move() for _ in range(each)], pages))
                 sizes.append(memory(process.pid))
                 print(f"{10 * part} %: {sizes[-1]:.0f} MB", flush=True)
+                write(pages, sizes)
         process.stdin.close()
-    seconds = {name: round(median(page.seconds), 3) for name, page in zip(STUDIES, pages, strict=True)}
-    return {
+    return sizes[-1]
+
+
+def write(pages: Sequence[Page], sizes: Sequence[float]) -> None:
+    """Write the result so far: a soak that is interrupted leaves its part."""
+    document = {
+        "machine": machine(),
         "moves": sum(page.number for page in pages),
         "memory_mb": [round(size, 1) for size in sizes],
-        "seconds": seconds,
+        "seconds": {name: round(median(page.seconds), 3) for name, page in zip(STUDIES, pages, strict=True)},
     }
+    write_json(RESULTS / "studio_soak.json", document)
 
 
 def main() -> None:
-    """Soak, print and write the result."""
+    """Soak and check the memory."""
     parser = argparse.ArgumentParser(description="Memory of the studio over an hour's moves.")
     parser.add_argument("--moves", type=int, default=N_MOVES)
-    result = soak(parser.parse_args().moves)
-    write_json(RESULTS / "studio_soak.json", {"machine": machine(), **result})
-    assert result["memory_mb"][-1] <= MAX_MEMORY, f"{result['memory_mb'][-1]:.0f} MB; allowed: {MAX_MEMORY:.0f} MB"
+    size = soak(parser.parse_args().moves)
+    assert size <= MAX_MEMORY, f"{size:.0f} MB; allowed: {MAX_MEMORY:.0f} MB"
 
 
 if __name__ == "__main__":

@@ -119,6 +119,7 @@ def opening(bench: Bench) -> Document:
         "scenarios": [entry.spec.name for entry in session.study.scenarios],
         "channels": bench.loops.channels,
         "stages": list(STAGES),
+        "pins": [{"name": pin.name, "values": session.values(pin.row)} for pin in session.pins],
         "noun": "flights" if session.has_rotors else "simulations",
         "points": {} if bench.front.run is None else bench.front.run.points(),
         "live": bench.front.run is not None and session.results is None,

@@ -34,6 +34,9 @@ def studio(
         Path | None,
         typer.Option(help="Parameter file of what the vehicle flies, for judge and rollback.", show_default=False),
     ] = None,
+    pin: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="Gains to pin; up to four times.", show_default=False)
+    ] = None,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0: any free one.", min=0, max=65535)] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
     threads: Threads = None,
@@ -48,10 +51,11 @@ def studio(
     """
     require_server("tuner studio")
     from tuner.extensions.studio.server import opened_page
-    from tuner.extensions.studio.session import open_session
+    from tuner.extensions.studio.session import open_session, with_pins
 
     check_places(out, present)
-    page = opened_page(open_session(given, study), out.resolve(), present, port, threads)
+    session = with_pins(open_session(given, study), pin or ())
+    page = opened_page(session, out.resolve(), present, port, threads)
     serve(*page, None if no_browser else webbrowser.open)
 
 

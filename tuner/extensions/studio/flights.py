@@ -111,7 +111,7 @@ class Flights:
                 self.problem.results(rows, batch, begin, end)
 
     def fans(self, row: Array, scenario: int, flights: int) -> list[Fan]:
-        """Return the bands of the responses of a gains row (g,), of 64 flights at most as those of `tuner fly`."""
+        """Return the bands of at most 64 responses of gains (g,)."""
         count = min(flights, FAN_FLIGHTS)
         # Bands of quickstart take 0.16 MB, its responses 4 MB.
         return self._fans.get_or_make(

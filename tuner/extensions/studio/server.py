@@ -26,7 +26,7 @@ from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
 from tuner.extensions.studio.session import Session
-from tuner.extensions.studio.work import Work, line, refusal
+from tuner.extensions.studio.work import Work, line
 
 PROGRESS_SECONDS = 0.4
 """Time [s] between two lines of progress while the page waits."""
@@ -36,13 +36,7 @@ LINES = "application/x-ndjson"
 
 
 class Studio:
-    """The application.
-
-    Args:
-        work: Answers of an opened study.
-        door: Address and token.
-        outputs: Files that may be written.
-    """
+    """The application: answers of a study, its door, and files that may be written."""
 
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
         self.work, self.door, self.outputs = work, door, outputs
@@ -67,7 +61,11 @@ class Studio:
             Route("/search-state", self._aside(self.searches.state), methods=["POST"]),
             Route("/search-stop", self._aside(self.searches.stop), methods=["POST"]),
         ]
-        errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
+        errors: dict[Any, Callable[..., Any]] = {
+            ToolError: _failing(400),
+            TooLongError: _failing(413, "The message is too long."),
+            ClientDisconnect: _failing(499),
+        }
         return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
 
     def close(self) -> None:
@@ -137,7 +135,7 @@ class Studio:
                     yield line({"progress": latest})
             yield waiting.result()
         except ToolError as error:
-            yield refusal(error)
+            yield line({"error": str(error)})
         finally:
             # A closed page drops a task that has not begun.
             waiting.cancel()
@@ -164,16 +162,13 @@ def _packed(name: str) -> Response:
     return Response(packed, media_type="text/javascript", headers={**HEADERS, "Content-Encoding": "gzip"})
 
 
-async def _error(_: Request, error: Exception) -> Response:
-    return JSONResponse({"error": str(error)}, status_code=400, headers=dict(HEADERS))
+def _failing(code: int, text: str = "") -> Callable[..., Any]:
+    """Return the handler of an error; text: by default that of the error."""
 
+    async def failed(_: Request, error: Exception) -> Response:
+        return JSONResponse({"error": text or str(error)}, status_code=code, headers=dict(HEADERS))
 
-async def _too_long(_: Request, __: Exception) -> Response:
-    return JSONResponse({"error": "The message is too long."}, status_code=413, headers=dict(HEADERS))
-
-
-async def _gone(_: Request, __: Exception) -> Response:
-    return Response(status_code=499)
+    return failed
 
 
 def bound_socket(port: int) -> socket.socket:

@@ -1,7 +1,7 @@
 """An opened study: its gains with their ranges, default and tuned settings, and the front of a run."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,6 +24,8 @@ from tuner.study.tuning_study import TuningStudy
 
 DEFAULT_STUDY = "quickstart"
 """Name of the study that opens without an argument."""
+MAX_PINS = 4
+"""Settings that may be pinned next to the one at hand."""
 ROUNDING = 1e-9
 """Share of a range by which a value may lie outside: an end that a browser rounded."""
 
@@ -53,6 +55,7 @@ class Session:
         tuned: Recommended gains of a run, None without one.
         results: Results of the run, None without one.
         folder: Folder of a run that may still grow, None without one.
+        pins: Settings that the page opens with next to the one at hand.
     """
 
     study: TuningStudy
@@ -61,6 +64,7 @@ class Session:
     tuned: Setting | None = None
     results: TuningFolder | None = None
     folder: Path | None = None
+    pins: tuple[Setting, ...] = ()
 
     @property
     def fixed(self) -> list[Setting]:
@@ -77,15 +81,16 @@ class Session:
         for name, value in values.items():
             if name not in by_name:
                 raise InputError(f"no gain of this study; its gains are {', '.join(by_name)}", key=shortened(name))
-            i = by_name[name]
-            row[list(space.columns[i])] = self._checked(space.variables[i], i, value)
+            columns = list(space.columns[by_name[name]])
+            # Columns that one variable moves together may differ in a fixed setting, such as p of roll and pitch.
+            settings = (self.start, *self.fixed, *self.pins)
+            rows = (each.row[columns] for each in settings if value == each.row[columns[0]])
+            exact = next(rows, None)
+            row[columns] = self._checked(space.variables[by_name[name]], value) if exact is None else exact
         return row
 
-    def _checked(self, variable: Variable, i: int, value: float) -> float:
-        """Return a value within its range; the exact values of fixed settings are allowed too."""
-        column = self.study.space.columns[i][0]
-        if any(value == setting.row[column] for setting in (*self.fixed, self.start)):
-            return value
+    def _checked(self, variable: Variable, value: float) -> float:
+        """Return a value within its range."""
         room = ROUNDING * (variable.high - variable.low)
         if not isfinite(value) or not variable.low - room <= value <= variable.high + room:
             raise InputError(
@@ -123,15 +128,9 @@ GAINS: Mapping[str, Callable[[Any, np.ndarray], Gains]] = {
 
 
 def open_session(given: Path | None, study: StudyLike | None = None) -> Session:
-    """Open a study, a results folder, or gains with their study.
+    """Open a study, a results folder, or gains with their study; given: None for the first study of the tool.
 
-    Args:
-        given: A study, a results folder or a gains.json; None for the first study of the tool.
-        study: Study of gains that lie in no results folder.
-
-    Raises:
-        InputError: The file is of another kind, or gains come without a study.
-        StoreError: The results folder is damaged.
+    Raises InputError for a file of another kind or gains without a study, StoreError for a damaged folder.
     """
     path = Path(DEFAULT_STUDY) if given is None else given
     if path.is_dir():
@@ -169,7 +168,7 @@ def _of_folder(folder: Path) -> Session:
     """Open a results folder: of a run that has ended, or of one at work."""
     if not (folder / RECORD).exists():
         raise InputError("is no results folder; give one that `tuner run` wrote, a study or a gains.json", file=folder)
-    study = _searched(gains_study(recorded(folder), "tuner studio"))
+    study = _searched(gains_study(load_any(folder / read_record(folder).study), "tuner studio"))
     session = _of_study(study)
     if kind_in(folder) is not TuningFolder:
         return Session(study, session.default, session.default, folder=folder)
@@ -177,11 +176,6 @@ def _of_folder(folder: Path) -> Session:
     gains = study.read_row(folder / results.document.gains_file)
     tuned = Setting(results.shown_as, gains, "tuned")
     return Session(study, tuned, session.default, tuned, results, folder)
-
-
-def recorded(folder: Path) -> Any:
-    """Return the study that a results folder keeps."""
-    return load_any(folder / read_record(folder).study)
 
 
 def session_of_gains(path: Path, study: StudyLike | None) -> Session:
@@ -200,3 +194,18 @@ def session_of_gains(path: Path, study: StudyLike | None) -> Session:
     return Session(
         session.study, Setting("file", row, "here"), session.default, session.tuned, session.results, session.folder
     )
+
+
+def with_pins(session: Session, files: Sequence[Path]) -> Session:
+    """Return a session with the gains of files as pins."""
+    if len(files) > MAX_PINS:
+        raise InputError(f"given {len(files)} files; allowed: at most {MAX_PINS}", key="--pin")
+    rows = [session.study.read_row(file) for file in files]
+    pins = [Setting(file.stem, row, f"pin{i}") for i, (file, row) in enumerate(zip(files, rows, strict=True), 1)]
+    out = replace(session, pins=tuple(pins))
+    for file, row in zip(files, rows, strict=True):
+        if not np.array_equal(row, out.row(session.values(row))):
+            raise InputError(
+                "differs in a gain that the study does not search; open it by itself", file=file, key="--pin"
+            )
+    return out

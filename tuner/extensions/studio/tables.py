@@ -110,16 +110,13 @@ def summary(rows: Sequence[Row]) -> str:
     broken = [row["name"] for row in limits if row["verdict"]["word"] == BROKEN]
     open_ = [row["name"] for row in limits if row["verdict"]["word"] == NOT_CERTAIN.replace(" ", "-")]
     if broken:
-        return f"Violates {_count(len(broken), len(limits))}: {', '.join(broken)}."
+        count = "the limit" if len(limits) == 1 else f"{len(broken)} of {len(limits)} limits"
+        return f"Violates {count}: {', '.join(broken)}."
     if open_:
         return f"Violates no limit; not certain yet: {', '.join(open_)}."
     if not limits:
         return "The study has no limits."
     return f"Satisfies {ALL_LIMITS.get(len(limits), f'all {len(limits)} limits')}."
-
-
-def _count(part: int, of: int) -> str:
-    return "the limit" if of == 1 else f"{part} of {of} limits"
 
 
 def precision_note(session: Session, flights: Flights, count: int) -> str:

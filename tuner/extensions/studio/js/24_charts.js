@@ -19,6 +19,7 @@ function startStudioCharts() {
 function showCharts(answer) {
   for (const id of Object.keys(data.charts)) data.charts[id] = answer.charts[id] ?? { traces: [], layout: { meta: { hides: true } } };
   data.arrays = answer.arrays;
+  byId("front").closest("figure").hidden = !answer.charts.front;
   byId("worst").textContent = answer.worst && `The loop of the setting at hand is drawn where it is worst: ${answer.worst}.`;
   decoded.clear();
   // The first flights of a moving hand; at the beginning there is nothing to move.
