@@ -41,6 +41,7 @@ from tuner.extensions.identification.api import identify as identify
 from tuner.extensions.judge.api import judge as judge
 from tuner.extensions.judge.api import read_back as read_back
 from tuner.extensions.log_comparison.api import compare_logs as compare_logs
+from tuner.extensions.notebook.studio import studio as studio
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
 from tuner.extensions.phase_plane.api import phase_plane as phase_plane
 from tuner.extensions.plant_fit.api import fit as fit

@@ -2,8 +2,11 @@
 
 from tuner.extension import Extension
 
+HOME = "tuner.extensions.notebook"
 EXTENSION = Extension(
     name="notebook",
-    about="Progress of long calls below the cell of a notebook.",
-    watchers={"notebook": "tuner.extensions.notebook.watcher:notebook_watcher"},
+    about="Progress of long calls below the cell of a notebook, and the studio in it.",
+    requires=("studio",),
+    api={"studio": f"{HOME}.studio:studio"},
+    watchers={"notebook": f"{HOME}.watcher:notebook_watcher"},
 )

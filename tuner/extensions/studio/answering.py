@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from tuner.documents.tuning_tables import Loop
 from tuner.extensions.studio.charts import margin_panels, response_panels
 from tuner.extensions.studio.flights import STAGES, Flights
 from tuner.extensions.studio.front import Front
@@ -14,7 +15,6 @@ from tuner.extensions.studio.tables import judged, loop_table, precision_note, s
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.shaded import ShadedLimit, shaded_limits
 from tuner.report.charts.web import page_data
-from tuner.report.sheets import fans_of
 
 Document = dict[str, Any]
 
@@ -58,7 +58,10 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
     # With the first flights the setting is compared with the default alone, because the hand still moves.
     others = request.settings[1:] if count > STAGES[0] else request.settings[1:2]
     rows = judged(session, bench.flights, [request.settings[0], *others], count)
-    panels = [*_responses(bench, request, count), *_margins(bench, request), *bench.front.panels(rows)]
+    loops = _loops(bench, request, rests=count > STAGES[0])
+    limits = [entry for entry in bench.limits if request.channel in (entry.channels or (request.channel,))]
+    drawn = margin_panels(loops, _names(request), limits) if loops else []
+    panels = [*_responses(bench, request, count), *drawn, *bench.front.panels(rows)]
     document: Document = {
         "number": request.number,
         "flights": count,
@@ -66,7 +69,8 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
         "rows": rows,
         "others": [{"name": setting.name, "key": setting.key} for setting in others],
         "summary": summary(rows),
-        "note": precision_note(session, count),
+        "worst": loops["here"].case if loops else "",
+        "note": precision_note(session, bench.flights, count),
         **page_data(panels),
     }
     if count >= STAGES[-1] and bench.loops.channels:
@@ -75,20 +79,14 @@ def answer(bench: Bench, request: PageRequest, count: int) -> Document:
 
 
 def _responses(bench: Bench, request: PageRequest, count: int) -> list[Panel]:
-    scenario = bench.session.study.scenarios[request.scenario].spec.name
-    by_key = {
-        setting.key: fans_of(bench.flights.responses(setting.row, request.scenario, count), scenario)
-        for setting in request.settings
-    }
+    by_key = {each.key: bench.flights.fans(each.row, request.scenario, count) for each in request.settings}
     return response_panels(by_key, _names(request))
 
 
-def _margins(bench: Bench, request: PageRequest) -> list[Panel]:
+def _loops(bench: Bench, request: PageRequest, rests: bool) -> dict[str, Loop]:
     if not request.channel:
-        return []
-    loops = {setting.key: bench.loops.curve(setting, request.channel) for setting in request.settings}
-    limits = [entry for entry in bench.limits if request.channel in (entry.channels or (request.channel,))]
-    return margin_panels(loops, _names(request), limits)
+        return {}
+    return {setting.key: bench.loops.curve(setting, request.channel, rests) for setting in request.settings}
 
 
 def _names(request: PageRequest) -> dict[str, str]:
@@ -124,6 +122,7 @@ def opening(bench: Bench) -> Document:
         "scenarios": [entry.spec.name for entry in session.study.scenarios],
         "channels": bench.loops.channels,
         "stages": list(STAGES),
+        "pins": [{"name": pin.name, "values": session.values(pin.row)} for pin in session.pins],
         "noun": "flights" if session.has_rotors else "simulations",
         "points": {} if bench.front.run is None else bench.front.run.points(),
         "live": bench.front.run is not None and session.results is None,

@@ -11,7 +11,9 @@ from plant.errors import InputError, require_package
 from tuner.cli.app import Threads, app, study_option
 
 if TYPE_CHECKING:
-    from tuner.extensions.studio.session import Session
+    from socket import socket
+
+    from tuner.extensions.studio.server import Studio
 
 
 @app.command()
@@ -32,6 +34,9 @@ def studio(
         Path | None,
         typer.Option(help="Parameter file of what the vehicle flies, for judge and rollback.", show_default=False),
     ] = None,
+    pin: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="Gains to pin; up to four times.", show_default=False)
+    ] = None,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0: any free one.", min=0, max=65535)] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
     threads: Threads = None,
@@ -45,14 +50,21 @@ def studio(
     Example: tuner studio results/quickstart --no-browser
     """
     require_server("tuner studio")
-    from tuner.extensions.studio.session import open_session
+    from tuner.extensions.studio.server import opened_page
+    from tuner.extensions.studio.session import open_session, with_pins
 
+    check_places(out, present)
+    session = with_pins(open_session(given, study), pin or ())
+    page = opened_page(session, out.resolve(), present, port, threads)
+    serve(*page, None if no_browser else webbrowser.open)
+
+
+def check_places(out: Path, present: Path | None) -> None:
+    """Raise InputError where the folder or the present file is missing."""
     if not out.is_dir():
-        raise InputError("is no folder; make it first", file=out, key="--out")
+        raise InputError("is no folder; make it first", file=out, key="out")
     if present is not None and not present.is_file():
-        raise InputError("there is no such file", file=present, key="--present")
-    session = open_session(given, study)
-    serve(session, out.resolve(), None if no_browser else webbrowser.open, present, port, threads)
+        raise InputError("there is no such file", file=present, key="present")
 
 
 def require_server(command: str) -> None:
@@ -61,41 +73,15 @@ def require_server(command: str) -> None:
         require_package(package, "studio", key=command)
 
 
-def serve(
-    session: "Session",
-    out: Path,
-    browse: Callable[[str], object] | None,
-    present: Path | None = None,
-    port: int = 0,
-    threads: int | None = None,
-) -> None:
-    """Serve the page of a session until Ctrl-C.
+def serve(page: "Studio", listening: "socket", browse: Callable[[str], object] | None) -> None:
+    """Serve a page until Ctrl-C; browse: opens the address, None to print it alone."""
+    from tuner.extensions.studio.server import server_of
 
-    Args:
-        session: The opened study.
-        out: Folder that takes what is saved.
-        browse: Opens the address in a browser, None to print it alone.
-        present: Parameter file of what the vehicle flies.
-        port: Port, 0 for any free one.
-        threads: Threads of flights, by default one for each core.
-    """
-    from tuner.extensions.studio.answering import Bench
-    from tuner.extensions.studio.guard import Door
-    from tuner.extensions.studio.outputs import Outputs
-    from tuner.extensions.studio.server import Studio, bound_socket, server_of
-    from tuner.extensions.studio.work import Work
-
-    listening = bound_socket(port)
-    door = Door(listening.getsockname()[1])
-    bench = Bench.of(session, threads)
-    work = Work(bench)
-    page = Studio(work, door, Outputs(bench, out, present))
-    print(f"Studio: {door.address}\nCtrl-C ends it.", flush=True)
+    print(f"Studio: {page.door.address}\nCtrl-C ends it.", flush=True)
     if browse is not None:
-        browse(door.address)
+        browse(page.door.address)
     try:
         server_of(page).run([listening])
     finally:
-        page.searches.close()
-        work.close()
+        page.close()
         listening.close()

@@ -12,6 +12,7 @@ import numpy as np
 from plant.errors import InputError
 from tuner.api.designing import Proposal
 from tuner.extension import added, load
+from tuner.extensions.studio.messages import values_of
 from tuner.extensions.studio.session import Session
 from tuner.study.plant_study import PlantStudy
 
@@ -44,6 +45,12 @@ class Rules:
             return None
         low, high = self._times()
         return {"method": method, "low": low, "high": high, "robustness": list(ROBUSTNESS)}
+
+    def designed(self, _: Any, message: dict[str, Any]) -> dict[str, Any]:
+        """Return the gains of the rule at a speed and a robustness."""
+        numbers = values_of({name: message.get(name, 0.0) for name in ("time", "robustness")})
+        values, notes = self.values(**numbers)
+        return {"values": values, "text": " ".join(notes)}
 
     def values(self, time: float, robustness: float) -> tuple[dict[str, float], list[str]]:
         """Return values by variable, and notes on ends of ranges.

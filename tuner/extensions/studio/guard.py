@@ -47,10 +47,12 @@ class Door:
     Attributes:
         port: Port that it listens on.
         token: Random token of this run.
+        embeds: Whether a notebook may frame the page; addresses then hold the token, since foreign frames have no cookies.
     """
 
     port: int
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
+    embeds: bool = False
 
     @property
     def origin(self) -> str:
@@ -61,6 +63,20 @@ class Door:
     def address(self) -> str:
         """First address, with the token."""
         return f"{self.origin}/?{TOKEN}={self.token}"
+
+    @property
+    def query(self) -> str:
+        """End of the page's addresses: the token where no cookie holds it."""
+        return f"?{TOKEN}={self.token}" if self.embeds else ""
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """Headers of the page."""
+        allowed = " ".join(f"http://{name}:*" for name in NAMES) if self.embeds else "'none'"
+        return {
+            **HEADERS,
+            "Content-Security-Policy": POLICY.replace("frame-ancestors 'none'", f"frame-ancestors {allowed}"),
+        }
 
     @property
     def cookie(self) -> str:
@@ -80,16 +96,17 @@ class Door:
         origin = headers.get("origin")
         if origin is not None and origin not in {f"http://{name}" for name in names}:
             return _refused(403, "Requests of other pages are refused.")
-        if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
+        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get(TOKEN, [""])[0]
+        has_token = bool(given) and self.knows(given)
+        is_frame = self.embeds and has_token and (scope["method"], scope["path"]) == ("GET", "/")
+        if headers.get("sec-fetch-site", "none") not in ("same-origin", "none") and not is_frame:
             return _refused(403, "Requests of other pages are refused.")
         if scope["method"] not in ("GET", "POST"):
             return _refused(405, "Allowed: GET and POST.")
-        return self._unknown(scope, headers)
-
-    def _unknown(self, scope: Scope, headers: Headers) -> Response | None:
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get(TOKEN, [""])[0]
-        if scope["method"] == "GET" and scope["path"] == "/" and given and self.knows(given):
+        if has_token and not self.embeds and (scope["method"], scope["path"]) == ("GET", "/"):
             return self._entered()
+        if has_token and self.embeds:
+            return None
         held = cookie_parser(headers.get("cookie", "")).get(self.cookie, "")
         if self.knows(held) or self.knows(headers.get(HEADER.decode(), "")):
             return None

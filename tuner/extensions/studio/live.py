@@ -51,7 +51,10 @@ def watch(folder: str, *code: str) -> None:
     """Serve the page of a folder until the process is ended; code: files of the user's that the run has named."""
     try:
         with suppress(KeyboardInterrupt):
-            serve(opened(Path(folder), code), Path(folder).parent, webbrowser.open if sys.stderr.isatty() else None)
+            from tuner.extensions.studio.server import opened_page
+
+            page = opened_page(opened(Path(folder), code), Path(folder).parent)
+            serve(*page, webbrowser.open if sys.stderr.isatty() else None)
     except ToolError as error:
         print(f"No page: {error}", file=sys.stderr)
 

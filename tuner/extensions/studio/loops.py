@@ -1,22 +1,30 @@
-"""Loops of settings: the margins as `tuner margins --study` has them, and curves in the worst amplitude."""
+"""Loops of settings: the margins as `tuner margins` has them, and curves in the worst steady state and amplitude."""
 
-from collections import OrderedDict
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
+from objectives.margins.describing import Case
 from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.trim import Trim
 from plant.errors import InputError
+from tuner.analysis.margins.document import margins_document, plant_margins_document
+from tuner.analysis.margins.readings import plant_subject, subject_of
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning_tables import Loop
+from tuner.extensions.studio.flights import Recent
 from tuner.extensions.studio.session import Session, Setting
+from tuner.study.margins import nominal_margins
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study
+from tuner.study.trim import steady_states
 
 Array = np.ndarray
+Place = tuple[str, LoopMargins, Case]
+"""Name of a steady state, the loops there, and an amplitude."""
 POINTS = 300
 """Frequencies of a curve; a chart has no more pixels."""
-MAX_SETTINGS = 48
-"""Settings whose curves and margins are kept."""
 
 
 class LoopCurves:
@@ -24,8 +32,9 @@ class LoopCurves:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._curves: OrderedDict[tuple[bytes, str], Loop] = OrderedDict()
-        self._documents: OrderedDict[bytes, MarginsDocument] = OrderedDict()
+        self._curves = Recent[tuple[bytes, str], Loop]()
+        self._documents = Recent[bytes, MarginsDocument]()
+        self._latest: dict[str, Place] = {}
 
     @cached_property
     def model(self) -> LoopMargins | None:
@@ -44,38 +53,52 @@ class LoopCurves:
         return [channel for channel in self.model.channels if channel in closed]
 
     @cached_property
+    def _places(self) -> list[Place]:
+        """Steady states and amplitudes of the study's loops."""
+        assert self.model is not None, "there are channels"
+        models = {"": self.model}
+        if self._session.has_rotors:
+            study = cast("Study", self._session.study)
+            system = study.system
+            models = {
+                state.name: nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, state.trim)
+                for state in steady_states([entry.spec for entry in study.scenarios], system)
+            }
+        return [(name, model, case) for name, model in models.items() for case in model.cases]
+
+    @cached_property
     def _frequencies(self) -> Array:
         assert self.model is not None, "there are channels"
         return self.model.figure_frequencies(self.model.evaluate(self._session.default.row[None]), POINTS)
 
-    def curve(self, setting: Setting, channel: str) -> Loop:
-        """Return the curve of a channel in its worst amplitude.
+    def curve(self, setting: Setting, channel: str, rests: bool = True) -> Loop:
+        """Return the curve of a channel where it is worst: with the largest peak of the sensitivity.
 
-        That is the one with the largest peak of the sensitivity.
+        rests: whether all steady states and amplitudes are looked at, not only the worst of the latest setting that rested.
         """
         key = (setting.row.tobytes(), channel)
-        if key not in self._curves:
-            self._curves[key] = self._worst(setting.row, channel)
-            while len(self._curves) > MAX_SETTINGS:
-                self._curves.popitem(last=False)
-        return self._curves[key]
+        if not rests and key not in self._curves and channel in self._latest:
+            return self._drawn(setting.row, channel, self._latest[channel])
+        return self._curves.get_or_make(key, lambda: self._worst(setting.row, channel))
 
     def _worst(self, row: Array, channel: str) -> Loop:
-        model, w = self.model, self._frequencies
-        assert model is not None, "there are channels"
-        loops = [model.loop(row, channel, case, w).loop for case in model.cases]
-        worst = int(np.argmin([np.abs(1.0 + loop).min() for loop in loops]))
-        return Loop("", channel, True, {}, model.cases[worst].label if len(loops) > 1 else "", w, loops[worst])
+        curves = [self._drawn(row, channel, place) for place in self._places]
+        worst = int(np.argmin([np.abs(1.0 + curve.response).min() for curve in curves]))
+        self._latest[channel] = self._places[worst]
+        return curves[worst]
+
+    def _drawn(self, row: Array, channel: str, place: Place) -> Loop:
+        state, model, case = place
+        names = [state] * bool(state) + [case.label] * (len(model.cases) > 1)
+        w = self._frequencies
+        return Loop("", channel, True, {}, ", ".join(names), w, model.loop(row, channel, case, w).loop)
 
     def margins(self, setting: Setting) -> MarginsDocument:
-        """Return the margins of a setting.
+        """Return the margins of a setting's loops: those of `tuner margins`, at hover; limits have rows of their own."""
+        return self._documents.get_or_make(setting.row.tobytes(), lambda: self._judged(setting.row))
 
-        They are those of `tuner margins GAINS --study STUDY --json`.
-        """
-        key = setting.row.tobytes()
-        if key not in self._documents:
-            gains = self._session.gains(setting.row)
-            self._documents[key] = gains.judge_margins(Trim(), self._session.study, False)[1]
-            while len(self._documents) > MAX_SETTINGS:
-                self._documents.popitem(last=False)
-        return self._documents[key]
+    def _judged(self, row: Array) -> MarginsDocument:
+        study = self._session.study
+        if self._session.has_rotors:
+            return margins_document(subject_of(cast("Study", study).controller(row), Trim()), [])
+        return plant_margins_document(plant_subject(cast("PlantStudy", study).system, row), [])

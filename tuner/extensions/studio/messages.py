@@ -5,10 +5,8 @@ from math import isfinite
 from typing import Any
 
 from plant.errors import InputError, check_name, one_line, shortened
-from tuner.extensions.studio.session import Session, Setting
+from tuner.extensions.studio.session import MAX_PINS, Session, Setting
 
-MAX_PINS = 4
-"""Settings that may be pinned next to the one at hand."""
 MAX_NAME = 40
 """Letters of a pin's name."""
 MAX_NUMBER = 2**53

@@ -22,12 +22,13 @@ REPORT_SCRIPTS = (
 """Scripts of the report that the page uses: elements, numbers, state, charts and tips."""
 
 
-def page_text(session: Session) -> str:
-    """Return the page of a session as HTML."""
+def page_text(session: Session, query: str = "") -> str:
+    """Return the page of a session as HTML; query: end of the addresses of its requests."""
     responses, loops = blank_panels(session)
     return Template(studio_file("studio.html")).substitute(
+        query=query,
         title=safe(session.study.title),
-        about=safe(", ".join(f"{key} {value}" for key, value in session.study.about)),
+        about=safe(", ".join(f"{key} {value.rstrip('.')}" for key, value in session.study.about)),
         responses=join(map(frame, responses)),
         loops=join(map(frame, loops)),
         front=frame(Panel(KEY, "Trade-off", Axis(), Axis(), [], form="pair", aid=AID)),

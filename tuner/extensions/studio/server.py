@@ -5,6 +5,7 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -16,14 +17,16 @@ from starlette.routing import Route
 
 from plant.errors import InputError, ToolError
 from plant.input_files import parse_json
+from tuner.extensions.studio.answering import Bench
 from tuner.extensions.studio.design import Rules
 from tuner.extensions.studio.flights import STAGES
 from tuner.extensions.studio.guard import HEADERS, HOST, Door, Guard, TooLongError
-from tuner.extensions.studio.messages import PageRequest, read_request, table_of, values_of
+from tuner.extensions.studio.messages import PageRequest, read_request, table_of
 from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
-from tuner.extensions.studio.work import Work, line, refusal
+from tuner.extensions.studio.session import Session
+from tuner.extensions.studio.work import Work, line
 
 PROGRESS_SECONDS = 0.4
 """Time [s] between two lines of progress while the page waits."""
@@ -33,13 +36,7 @@ LINES = "application/x-ndjson"
 
 
 class Studio:
-    """The application.
-
-    Args:
-        work: Answers of an opened study.
-        door: Address and token.
-        outputs: Files that may be written.
-    """
+    """The application: answers of a study, its door, and files that may be written."""
 
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
         self.work, self.door, self.outputs = work, door, outputs
@@ -55,7 +52,7 @@ class Studio:
             Route("/plotly.js", lambda _: _packed("plotly-cartesian.min.js.gz")),
             Route("/open", self.open, methods=["POST"]),
             Route("/answer", self.answer, methods=["POST"]),
-            Route("/design", self.design, methods=["POST"]),
+            Route("/design", self._written(self.rules.designed), methods=["POST"]),
             *[
                 Route(f"/{name}", self._written(getattr(self.outputs, name)), methods=["POST"])
                 for name in ("save", "export", "study", "judge", "compare")
@@ -64,34 +61,34 @@ class Studio:
             Route("/search-state", self._aside(self.searches.state), methods=["POST"]),
             Route("/search-stop", self._aside(self.searches.stop), methods=["POST"]),
         ]
-        errors: dict[Any, Callable[..., Any]] = {ToolError: _error, TooLongError: _too_long, ClientDisconnect: _gone}
+        errors: dict[Any, Callable[..., Any]] = {
+            ToolError: _failing(400),
+            TooLongError: _failing(413, "The message is too long."),
+            ClientDisconnect: _failing(499),
+        }
         return Guard(Starlette(routes=routes, exception_handlers=errors), self.door)
+
+    def close(self) -> None:
+        """End a search, and drop what is waiting."""
+        self.searches.close()
+        self.work.close()
 
     async def page(self, _: Request) -> Response:
         """Return the page."""
-        return HTMLResponse(page_text(self.work.bench.session), headers=dict(HEADERS))
+        return HTMLResponse(page_text(self.work.bench.session, self.door.query), headers=self.door.headers)
 
     async def open(self, request: Request) -> Response:
         """Return the description of the study, behind lines of progress."""
         await message_of(request)
-        return self._lines(self._opened())
+        return self._lines(
+            self._waited(lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers}))
+        )
 
     async def answer(self, request: Request) -> Response:
         """Return the answers to a setting, one line for each stage."""
         message = await message_of(request)
         page_request = self.work.checked(message)
         return self._lines(self._answers(page_request))
-
-    async def design(self, request: Request) -> Response:
-        """Return the gains of a rule at a speed and a robustness."""
-        page_request = values_of(await message_of(request))
-        rules = self.rules
-
-        def designed() -> str:
-            values, notes = rules.values(page_request.get("time", 0.0), page_request.get("robustness", 1.0))
-            return line({"values": values, "text": " ".join(notes)})
-
-        return self._lines(self._waited(designed))
 
     def _written(self, write: Callable[[PageRequest, dict[str, Any]], Any]) -> Callable[[Request], Any]:
         """Return the end point of a file that a setting leaves."""
@@ -115,12 +112,6 @@ class Studio:
     def _lines(self, lines: AsyncIterator[str]) -> Response:
         return StreamingResponse(lines, media_type=LINES, headers=dict(HEADERS))
 
-    async def _opened(self) -> AsyncIterator[str]:
-        async for text in self._waited(
-            lambda: line(self.work.open() | self.outputs.offers | {"design": self.rules.offers})
-        ):
-            yield text
-
     async def _answers(self, page_request: PageRequest) -> AsyncIterator[str]:
         for count, rest in STAGES_AFTER.items():
             # Flights that only a hand at rest waits for would hold up the next move.
@@ -137,14 +128,17 @@ class Studio:
         """Yield lines of progress during a task, then its line."""
         future, latest = self.work.submit(task), ""
         waiting = asyncio.wrap_future(future)
-        while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
-            if self.work.notes.text != latest:
-                latest = self.work.notes.text
-                yield line({"progress": latest})
         try:
+            while not (await asyncio.wait([waiting], timeout=PROGRESS_SECONDS))[0]:
+                if self.work.notes.text != latest:
+                    latest = self.work.notes.text
+                    yield line({"progress": latest})
             yield waiting.result()
         except ToolError as error:
-            yield refusal(error)
+            yield line({"error": str(error)})
+        finally:
+            # A closed page drops a task that has not begun.
+            waiting.cancel()
 
 
 async def message_of(request: Request) -> Any:
@@ -162,26 +156,19 @@ def _file(text: str, kind: str) -> Response:
     return Response(text, media_type=kind, headers=dict(HEADERS))
 
 
-def _packed(name: str) -> Response:
-    headers = {**HEADERS, "Content-Encoding": "gzip"}
-    return Response(_packed_bytes(name), media_type="text/javascript", headers=headers)
-
-
 @cache
-def _packed_bytes(name: str) -> bytes:
-    return files("tuner.report").joinpath("plotly", name).read_bytes()
+def _packed(name: str) -> Response:
+    packed = files("tuner.report").joinpath("plotly", name).read_bytes()
+    return Response(packed, media_type="text/javascript", headers={**HEADERS, "Content-Encoding": "gzip"})
 
 
-async def _error(_: Request, error: Exception) -> Response:
-    return JSONResponse({"error": str(error)}, status_code=400, headers=dict(HEADERS))
+def _failing(code: int, text: str = "") -> Callable[..., Any]:
+    """Return the handler of an error; text: by default that of the error."""
 
+    async def failed(_: Request, error: Exception) -> Response:
+        return JSONResponse({"error": text or str(error)}, status_code=code, headers=dict(HEADERS))
 
-async def _too_long(_: Request, __: Exception) -> Response:
-    return JSONResponse({"error": "The message is too long."}, status_code=413, headers=dict(HEADERS))
-
-
-async def _gone(_: Request, __: Exception) -> Response:
-    return Response(status_code=499)
+    return failed
 
 
 def bound_socket(port: int) -> socket.socket:
@@ -198,6 +185,24 @@ def bound_socket(port: int) -> socket.socket:
             f"given {port}, which cannot be used ({error.strerror}); choose another port", key="--port"
         ) from None
     return listening
+
+
+def opened_page(
+    session: Session,
+    out: Path,
+    present: Path | None = None,
+    port: int = 0,
+    threads: int | None = None,
+    embeds: bool = False,
+) -> tuple[Studio, socket.socket]:
+    """Return the application of a session and its socket; arguments are those of the command.
+
+    embeds: whether a notebook may frame the page.
+    """
+    listening = bound_socket(port)
+    door = Door(listening.getsockname()[1], embeds=embeds)
+    bench = Bench.of(session, threads)
+    return Studio(Work(bench), door, Outputs(bench, out, present)), listening
 
 
 def server_of(studio: Studio) -> uvicorn.Server:

@@ -1,7 +1,7 @@
 """An opened study: its gains with their ranges, default and tuned settings, and the front of a run."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, shortened
 from tuner.api.gains import Gains, gains_of, gains_of_plant, read_gains
-from tuner.api.studies import gains_study
+from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.opening import kind_in
 from tuner.documents.tuning import TuningFolder
 from tuner.store.advice import RECORD
@@ -24,6 +24,8 @@ from tuner.study.tuning_study import TuningStudy
 
 DEFAULT_STUDY = "quickstart"
 """Name of the study that opens without an argument."""
+MAX_PINS = 4
+"""Settings that may be pinned next to the one at hand."""
 ROUNDING = 1e-9
 """Share of a range by which a value may lie outside: an end that a browser rounded."""
 
@@ -53,6 +55,7 @@ class Session:
         tuned: Recommended gains of a run, None without one.
         results: Results of the run, None without one.
         folder: Folder of a run that may still grow, None without one.
+        pins: Settings that the page opens with next to the one at hand.
     """
 
     study: TuningStudy
@@ -61,6 +64,7 @@ class Session:
     tuned: Setting | None = None
     results: TuningFolder | None = None
     folder: Path | None = None
+    pins: tuple[Setting, ...] = ()
 
     @property
     def fixed(self) -> list[Setting]:
@@ -77,15 +81,16 @@ class Session:
         for name, value in values.items():
             if name not in by_name:
                 raise InputError(f"no gain of this study; its gains are {', '.join(by_name)}", key=shortened(name))
-            i = by_name[name]
-            row[list(space.columns[i])] = self._checked(space.variables[i], i, value)
+            columns = list(space.columns[by_name[name]])
+            # Columns that one variable moves together may differ in a fixed setting, such as p of roll and pitch.
+            settings = (self.start, *self.fixed, *self.pins)
+            rows = (each.row[columns] for each in settings if value == each.row[columns[0]])
+            exact = next(rows, None)
+            row[columns] = self._checked(space.variables[by_name[name]], value) if exact is None else exact
         return row
 
-    def _checked(self, variable: Variable, i: int, value: float) -> float:
-        """Return a value within its range; the exact values of fixed settings are allowed too."""
-        column = self.study.space.columns[i][0]
-        if any(value == setting.row[column] for setting in (*self.fixed, self.start)):
-            return value
+    def _checked(self, variable: Variable, value: float) -> float:
+        """Return a value within its range."""
         room = ROUNDING * (variable.high - variable.low)
         if not isfinite(value) or not variable.low - room <= value <= variable.high + room:
             raise InputError(
@@ -122,29 +127,23 @@ GAINS: Mapping[str, Callable[[Any, np.ndarray], Gains]] = {
 """Kind of study -> function that returns a gains row as gains."""
 
 
-def open_session(given: Path | None, study: Path | None = None) -> Session:
-    """Open a study, a results folder, or gains with their study.
+def open_session(given: Path | None, study: StudyLike | None = None) -> Session:
+    """Open a study, a results folder, or gains with their study; given: None for the first study of the tool.
 
-    Args:
-        given: A study, a results folder or a gains.json; None for the first study of the tool.
-        study: Study of gains that lie in no results folder.
-
-    Raises:
-        InputError: The file is of another kind, or gains come without a study.
-        StoreError: The results folder is damaged.
+    Raises InputError for a file of another kind or gains without a study, StoreError for a damaged folder.
     """
     path = Path(DEFAULT_STUDY) if given is None else given
     if path.is_dir():
         return _of_folder(path)
     if path.suffix == ".json":
-        return _of_gains(path, study)
+        return session_of_gains(path, study)
     if path.suffix in (".py", ".fmu"):
         raise InputError(
             "a plant alone has no loops, ranges and scenarios; name it in a study ([plant] file = ...) and open that, see "
             "docs/own_plant.md",
             file=path,
         )
-    return _of_study(_searched(gains_study(named_study(path) or study_file(path), "tuner studio")))
+    return session_of_study(named_study(path) or study_file(path))
 
 
 def _searched(study: TuningStudy) -> TuningStudy:
@@ -153,6 +152,11 @@ def _searched(study: TuningStudy) -> TuningStudy:
     if study.kind not in GAINS:
         raise InputError("has no flights of its own; open a study of a quadrotor or of a plant", file=study.path)
     return study
+
+
+def session_of_study(study: StudyLike) -> Session:
+    """Open a study."""
+    return _of_study(_searched(gains_study(study, "tuner studio")))
 
 
 def _of_study(study: TuningStudy) -> Session:
@@ -164,7 +168,7 @@ def _of_folder(folder: Path) -> Session:
     """Open a results folder: of a run that has ended, or of one at work."""
     if not (folder / RECORD).exists():
         raise InputError("is no results folder; give one that `tuner run` wrote, a study or a gains.json", file=folder)
-    study = _searched(gains_study(recorded(folder), "tuner studio"))
+    study = _searched(gains_study(load_any(folder / read_record(folder).study), "tuner studio"))
     session = _of_study(study)
     if kind_in(folder) is not TuningFolder:
         return Session(study, session.default, session.default, folder=folder)
@@ -174,12 +178,8 @@ def _of_folder(folder: Path) -> Session:
     return Session(study, tuned, session.default, tuned, results, folder)
 
 
-def recorded(folder: Path) -> Any:
-    """Return the study that a results folder keeps."""
-    return load_any(folder / read_record(folder).study)
-
-
-def _of_gains(path: Path, study: Path | None) -> Session:
+def session_of_gains(path: Path, study: StudyLike | None) -> Session:
+    """Open gains with their study; by default that of their results folder."""
     home = path.resolve().parent
     if study is None and (home / RECORD).exists():
         session = _of_folder(home)
@@ -188,9 +188,24 @@ def _of_gains(path: Path, study: Path | None) -> Session:
             "gains hold no scenarios and no ranges; add --study FILE, for instance --study quickstart", file=path
         )
     else:
-        session = _of_study(_searched(gains_study(study, "tuner studio --study")))
+        session = session_of_study(study)
     read_gains(path)
     row = session.study.read_row(path)
     return Session(
         session.study, Setting("file", row, "here"), session.default, session.tuned, session.results, session.folder
     )
+
+
+def with_pins(session: Session, files: Sequence[Path]) -> Session:
+    """Return a session with the gains of files as pins."""
+    if len(files) > MAX_PINS:
+        raise InputError(f"given {len(files)} files; allowed: at most {MAX_PINS}", key="--pin")
+    rows = [session.study.read_row(file) for file in files]
+    pins = [Setting(file.stem, row, f"pin{i}") for i, (file, row) in enumerate(zip(files, rows, strict=True), 1)]
+    out = replace(session, pins=tuple(pins))
+    for file, row in zip(files, rows, strict=True):
+        if not np.array_equal(row, out.row(session.values(row))):
+            raise InputError(
+                "differs in a gain that the study does not search; open it by itself", file=file, key="--pin"
+            )
+    return out

@@ -14,7 +14,7 @@ from tuner.documents.parts import Estimate, on_page, row_in_degrees
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import SHOWN
 from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, signed_verdict, verdict_on_limit
-from tuner.extensions.studio.flights import STAGES, Flights, rows_of
+from tuner.extensions.studio.flights import STAGES, Flights, rows_of, search_values
 from tuner.extensions.studio.session import Session, Setting
 from tuner.report.labels import definition_text, plain_label, plain_margin, time_unit
 from tuner.report.verdict_text import ALL_LIMITS
@@ -52,8 +52,7 @@ def _pair(
     flown = compare(problem, both, study.seed, study.table.relevant, flights.costs(count))
     if count > STAGES[0]:
         return [*flown, *compare_known(problem, rows[[other, 0]])]
-    # The same values; to name the worst states takes 0.7 s where position loops wait.
-    values = zip(problem.requirements, *both.requirements.tolist(), strict=True)
+    values = zip(problem.requirements, *search_values(problem, rows[[other, 0]]).tolist(), strict=True)
     return [*flown, *[required_row(requirement, first, second) for requirement, first, second in values]]
 
 
@@ -111,7 +110,8 @@ def summary(rows: Sequence[Row]) -> str:
     broken = [row["name"] for row in limits if row["verdict"]["word"] == BROKEN]
     open_ = [row["name"] for row in limits if row["verdict"]["word"] == NOT_CERTAIN.replace(" ", "-")]
     if broken:
-        return f"Violates {_count(len(broken), len(limits))}: {', '.join(broken)}."
+        count = "the limit" if len(limits) == 1 else f"{len(broken)} of {len(limits)} limits"
+        return f"Violates {count}: {', '.join(broken)}."
     if open_:
         return f"Violates no limit; not certain yet: {', '.join(open_)}."
     if not limits:
@@ -119,18 +119,17 @@ def summary(rows: Sequence[Row]) -> str:
     return f"Satisfies {ALL_LIMITS.get(len(limits), f'all {len(limits)} limits')}."
 
 
-def _count(part: int, of: int) -> str:
-    return "the limit" if of == 1 else f"{part} of {of} limits"
-
-
-def precision_note(session: Session, count: int) -> str:
-    """Return a sentence on risks with few flights in the tail."""
+def precision_note(session: Session, flights: Flights, count: int) -> str:
+    """Return sentences on numbers that more flights or a rest settle."""
     few = [
         entry.label
         for entry in session.study.objectives
         if count * (1 if entry.scenario else len(session.study.scenarios)) < minimum_samples(entry.risk)
     ]
-    return f"Few flights in the tail yet: {', '.join(few)}." if few else ""
+    notes = [f"Few flights in the tail yet: {', '.join(few)}."] * bool(few)
+    if count <= STAGES[0] and any(screen.complete for screen in flights.problem.screens):
+        notes.append("Limits on margins in all steady states follow.")
+    return " ".join(notes)
 
 
 def loop_table(document: MarginsDocument) -> Row:

@@ -7,7 +7,6 @@ from threading import Lock
 from time import perf_counter, process_time
 from typing import Any
 
-from plant.errors import ToolError
 from tuner.experiments.tuning.problem import warm_up
 from tuner.extensions.studio.answering import Bench, answer, opening
 from tuner.extensions.studio.messages import PageRequest, read_request
@@ -110,8 +109,3 @@ class Work:
 def line(document: Any) -> str:
     """Return a document as a line of JSON."""
     return json.dumps(document, allow_nan=False, separators=(",", ":")) + "\n"
-
-
-def refusal(error: ToolError) -> str:
-    """Return an error as a line of JSON."""
-    return line({"error": str(error)})

@@ -6,12 +6,9 @@ from http.client import HTTPConnection
 from pathlib import Path
 from threading import Thread
 
-from tuner.extensions.studio.answering import Bench
-from tuner.extensions.studio.guard import HEADER, HOST, Door
-from tuner.extensions.studio.outputs import Outputs
-from tuner.extensions.studio.server import Studio, bound_socket, server_of
+from tuner.extensions.studio.guard import HEADER, HOST
+from tuner.extensions.studio.server import opened_page, server_of
 from tuner.extensions.studio.session import open_session
-from tuner.extensions.studio.work import Work
 
 
 class Client:
@@ -45,20 +42,14 @@ class Client:
 @contextmanager
 def served(given: Path, out: Path, study: Path | None = None):
     """A studio and its client."""
-    session = open_session(given, study)
-    listening = bound_socket(0)
-    door = Door(listening.getsockname()[1])
-    bench = Bench.of(session, 2)
-    work = Work(bench)
-    page = Studio(work, door, Outputs(bench, out))
+    page, listening = opened_page(open_session(given, study), out, threads=2)
     server = server_of(page)
     thread = Thread(target=server.run, args=([listening],))
     thread.start()
     try:
-        yield bench, Client(door)
+        yield page.work.bench, Client(page.door)
     finally:
         server.should_exit = True
         thread.join()
-        page.searches.close()
-        work.close()
+        page.close()
         listening.close()

@@ -4,11 +4,12 @@ Skipped where Playwright's Python package or a Chromium is missing.
 """
 
 import json
+import subprocess
+import sys
 
 import pytest
 
 from tests.tuner.extensions.studio.conftest import STUDIES
-from tests.tuner.extensions.studio.served import served
 from tests.tuner.report.screenshots import browser_path, chromium
 
 pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
@@ -162,13 +163,48 @@ def test_a_phone_shows_all_without_scrolling_sideways(browser, client, scheme):
     reader.close()
 
 
-def test_a_server_that_ends_is_reported_on_the_page(browser, tmp_path):
-    with served(STUDIES / "dc_motor.toml", tmp_path) as (_, client):
-        reader = Reader(browser, client)
-        # Connections that are kept alive would hold the server up.
-        reader.page.evaluate("() => { window.fetch = () => Promise.reject(new TypeError('gone')); }")
-    reader.page.focus("#slider-0")
-    reader.page.keyboard.press("ArrowRight")
-    reader.page.wait_for_selector("#notice:not([hidden])")
-    assert "Start it again with `tuner studio`" in reader.page.inner_text("#notice")
-    reader.close()
+def test_an_address_beyond_a_range_is_refused_in_a_sentence(browser, client):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(client.door.address)
+    page.goto(f"{client.door.origin}/#at=600,10,0.2")
+    page.reload()
+    page.wait_for_selector("#notice:not([hidden])", timeout=60_000)
+    assert "angle.kp: given 600; allowed: 1 to 60" in page.inner_text("#notice")
+    page.click("text=Default")
+    page.wait_for_selector("html[data-rest]", state="attached", timeout=60_000)
+    assert page.is_hidden("#notice")
+    context.close()
+
+
+def test_two_browsers_on_one_studio_hold_their_own_settings(browser, client, reader):
+    other = Reader(browser, client, fragment="at=20,10,0.2")
+    before = here(reader)
+    for page, value in ((other.page, "33"), (reader.page, "12")):
+        page.fill("#field-0", value)
+        page.keyboard.press("Tab")
+    for each in (other, reader):
+        each.rest()
+    assert other.page.input_value("#field-0") == "33" and reader.page.input_value("#field-0") == "12"
+    assert here(reader) != before and here(reader) != here(other)
+    reader.page.keyboard.press("Control+z")
+    reader.rest()
+    assert here(reader) == before and other.page.input_value("#field-0") == "33"
+    other.close()
+
+
+@pytest.mark.slow
+def test_a_killed_server_is_reported_on_the_page(browser, tmp_path):
+    command = [sys.executable, "-m", "tuner", "studio", str(STUDIES / "dc_motor.toml"), "--no-browser"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, encoding="utf-8") as process:
+        assert process.stdout is not None
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(process.stdout.readline().split()[-1])
+        page.wait_for_selector("html[data-rest]", state="attached", timeout=60_000)
+        process.kill()
+    page.focus("#slider-0")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("#notice:not([hidden])")
+    assert "Start it again with `tuner studio`" in page.inner_text("#notice")
+    context.close()

@@ -5,11 +5,12 @@ import pytest
 
 import tuner
 from objectives.margins.quantities import QUANTITIES
+from plant.errors import InputError
 from tests.tuner.extensions.studio.conftest import STUDIES
 from tuner.documents.parts import in_shown_units, row_in_degrees
 from tuner.extensions.studio.answering import Bench, answer
 from tuner.extensions.studio.messages import read_request
-from tuner.extensions.studio.session import open_session
+from tuner.extensions.studio.session import open_session, with_pins
 from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
 
@@ -144,3 +145,31 @@ def test_numbers_of_a_quadrotor_are_those_of_fly_and_margins():
     shown = {row["name"]: row["cells"][yaw] for row in made["loops"]["rows"]}
     peak = document.channels[yaw].quantities["ms"].value
     assert peak is not None and shown["peak sensitivity Ms"] == significant(peak)
+
+
+def test_the_default_of_columns_that_one_gain_moves_is_the_default():
+    """Betaflight's p is 45 for roll and 47 for pitch: the page opens with these, and a move sets both."""
+    session = open_session(STUDIES / "betaflight.toml")
+    values = session.values(session.default.row)
+    assert np.array_equal(session.row(values), session.default.row)
+    name = "tilt.p"
+    (columns,) = (
+        columns
+        for variable, columns in zip(session.study.space.variables, session.study.space.columns, strict=True)
+        if variable.name == name
+    )
+    assert len(set(session.default.row[list(columns)])) > 1
+    assert set(session.row({**values, name: 50.0})[list(columns)]) == {50.0}
+
+
+def test_gains_of_files_open_as_pins(bench, tmp_path):
+    study = bench.session.study
+    gains = tuner.read_gains(study.path)
+    session = with_pins(open_session(study.path), [gains.replace({"angle.kp": 21.0}).write(tmp_path / "other.json")])
+    (pin,) = session.pins
+    assert (pin.name, pin.key, session.values(pin.row)["angle.kp"]) == ("other", "pin1", 21.0)
+    fixed = gains.replace({"angle.t_f": 0.002}).write(tmp_path / "fixed.json")
+    with pytest.raises(InputError, match="does not search"):
+        with_pins(session, [fixed])
+    with pytest.raises(InputError, match="given 5 files; allowed: at most 4"):
+        with_pins(session, [fixed] * 5)

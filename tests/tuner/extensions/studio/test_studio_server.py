@@ -3,6 +3,7 @@
 import json
 import socket
 from concurrent.futures import ThreadPoolExecutor
+from time import sleep
 
 import pytest
 
@@ -140,3 +141,58 @@ def test_a_name_with_folders_is_refused(client, out, name):
 def test_a_texts_of_the_study_are_escaped(client):
     page = client.ask("/")[2].decode()
     assert "<script>" not in page and page.count("<script") == 2
+
+
+def test_each_page_has_its_own_setting(client):
+    """Two browsers on one studio: the answers to one are those that it would have alone."""
+    alone = client.lines("/answer", {"number": 1, "page": "alone", "values": {"angle.kp": 31.0}})[-1]
+    contents = [{"number": 7, "page": f"tab {i}", "values": {"angle.kp": 31.0 + i}} for i in range(4)]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda content: client.lines("/answer", content), contents))
+    assert [[each["flights"] for each in answers] for answers in together] == [[16, 64, 256]] * 4
+    assert together[0][-1]["rows"] == alone["rows"]
+    assert len({answers[-1]["rows"][0]["here"][0] for answers in together}) > 1
+
+
+def test_a_closed_page_frees_its_work(motor):
+    bench, client = motor
+    problem = bench.flights.problem
+    before = problem.flights_made
+    body = json.dumps({"number": 1, "page": "closed", "values": {"angle.kp": 47.0}}).encode()
+    head = (
+        f"POST /answer HTTP/1.1\r\nHost: {HOST}:{client.door.port}\r\nx-studio-token: {client.door.token}\r\n"
+        f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+    )
+    with socket.create_connection((HOST, client.door.port), timeout=20) as raw:
+        raw.sendall(head.encode() + body)
+        assert b" 200 " in raw.recv(64)
+    sleep(1.5)
+    # A whole answer makes 256 flights of the new setting.
+    assert problem.flights_made - before <= 64
+    assert len(client.lines("/answer", {"number": 1, "page": "other", "values": {}})) == 3
+
+
+def test_ten_megabytes_are_refused_before_they_are_read(client):
+    head = (
+        f"POST /answer HTTP/1.1\r\nHost: {HOST}:{client.door.port}\r\nx-studio-token: {client.door.token}\r\n"
+        "Content-Type: application/json\r\nContent-Length: 10000000\r\n\r\n"
+    )
+    with socket.create_connection((HOST, client.door.port), timeout=20) as raw:
+        raw.sendall(head.encode())
+        assert b" 413 " in raw.recv(64)
+
+
+def test_ten_megabytes_of_wrong_messages_leave_the_page_at_work(client):
+    """Deep tables, long names and long numbers within the limit of one message."""
+    size = MAX_BYTES - 100
+    bodies = [
+        b'{"values": {"' + b"x" * size + b'": 1}}',
+        b'{"number": ' + b"9" * size + b"}",
+        b'{"pins": ' + b"[" * (size // 2) + b"]" * (size // 2) + b"}",
+        b'{"channel": "' + b"\\u0000" * (size // 6) + b'"}',
+    ]
+    for _ in range(40):
+        for body in bodies:
+            status, _, text = client.ask("/answer", body=body)
+            assert status == 400 and len(json.loads(text)["error"]) < 400
+    assert len(client.lines("/answer", {"number": 1, "page": "after", "values": {}})) == 3

@@ -55,5 +55,5 @@ function decode(hash) {
     const [list, ...name] = text.split(";");
     return { name: name.join(";").slice(0, MAX_NAME), values: unlisted(list) };
   });
-  studio.pins = pins.filter((pin) => pin.values);
+  if (values) studio.pins = pins.filter((pin) => pin.values);
 }

@@ -5,7 +5,10 @@ const MAX_NAME = 40;
 const page = Math.random().toString(36).slice(2);
 const talk = { number: 0, busy: false, dirty: false, aborter: null, rest: 0 };
 
-const post = (path, content, signal) => fetch(path, {
+// Address of a file or an answer; in a frame of a notebook it carries the token, since frames of another site have no cookies.
+const addressOf = (path) => path + document.documentElement.dataset.query;
+
+const post = (path, content, signal) => fetch(addressOf(path), {
   method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(content), signal, credentials: "same-origin",
 });
 
@@ -18,7 +21,7 @@ async function* linesOf(response) {
     const lines = (rest + (value ?? "")).split("\n");
     rest = lines.pop();
     for (const line of lines) if (line) yield JSON.parse(line);
-    if (done) return;
+    if (done) { if (rest) yield JSON.parse(rest); return; }
   }
 }
 

@@ -2,7 +2,7 @@
 
 // The library is a file of the server, which the report has in its page.
 loading = new Promise((resolve) => {
-  document.head.append(make("script", { src: "/plotly.js", async: true, onload: () => resolve(window.Plotly) }));
+  document.head.append(make("script", { src: addressOf("/plotly.js"), async: true, onload: () => resolve(window.Plotly) }));
 });
 
 function startStudioCharts() {
@@ -19,6 +19,8 @@ function startStudioCharts() {
 function showCharts(answer) {
   for (const id of Object.keys(data.charts)) data.charts[id] = answer.charts[id] ?? { traces: [], layout: { meta: { hides: true } } };
   data.arrays = answer.arrays;
+  byId("front").closest("figure").hidden = !answer.charts.front;
+  byId("worst").textContent = answer.worst && `The loop of the setting at hand is drawn where it is worst: ${answer.worst}.`;
   decoded.clear();
   // The first flights of a moving hand; at the beginning there is nothing to move.
   if (answer.flights === studio.study.stages[0] && answer.number > 1) moveCharts();

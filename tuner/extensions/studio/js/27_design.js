@@ -1,7 +1,7 @@
 // Two sliders that move all gains of a plant together, through a rule of `tuner design`.
 
-function ruleSlider(id, label, low, high, at, unit, moved) {
-  const scale = { low, high, scale: "log", step: 0 };
+function ruleSlider(id, label, low, high, at, unit, step, moved) {
+  const scale = { low, high, scale: "log", step };
   const shown = make("output", { for: id, class: "number" });
   const slider = make("input", { type: "range", id, min: "0", max: String(SLIDER_STEPS), value: String(Math.round(SLIDER_STEPS * shareOf(scale, at))) });
   const value = () => valueFor(scale, Number(slider.value) / SLIDER_STEPS);
@@ -34,7 +34,7 @@ function startDesign() {
     }
     if (state.again) move(); else remember();
   };
-  const time = ruleSlider("design-time", "Closed-loop time", design.low, design.high, Math.sqrt(design.low * design.high), "s", move);
-  const robustness = ruleSlider("design-robustness", "Robustness", ...design.robustness, 1, "", move);
+  const time = ruleSlider("design-time", "Closed-loop time", design.low, design.high, Math.sqrt(design.low * design.high), "s", 0, move);
+  const robustness = ruleSlider("design-robustness", "Robustness", ...design.robustness, 1, "", 0.01, move);
   byId("design").replaceChildren(make("h3", {}, `Speed and robustness (${design.method})`), time.row, robustness.row, note);
 }

@@ -37,6 +37,7 @@ async function begin() {
   if (!studio.study) return;
   studio.values = allOf("start");
   studio.channel = studio.study.channels[0] ?? "";
+  studio.pins = studio.study.pins;
   decode(window.location.hash);
   startGains();
   startDesign();
