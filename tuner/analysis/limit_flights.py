@@ -1,9 +1,9 @@
 """Further held-out flights of points whose interval straddles a limit.
 
 The held-out flights of a study decide most limits, and near one that binds they decide nothing: value within, end of interval
-beyond. Such a point flies on, to twice, four and eight times the flights, and its interval is looked at each time. Looks spend
-the error that the study allows, a half, a quarter, an eighth and an eighth of it (K. K. G. Lan, D. L. DeMets, Biometrika
-70(3):659-663, 1983), so a point that breaks its limit passes in any of them no more often than by one interval.
+beyond. Such a point flies on, to twice the flights each time and 16 times at most, and its interval is looked at each time. Looks
+spend the error that the study allows, the first a half of it and each further one an eighth (K. K. G. Lan, D. L. DeMets,
+Biometrika 70(3):659-663, 1983), so a point that breaks its limit passes in any of them no more often than by one interval.
 """
 
 from collections.abc import Callable
@@ -21,9 +21,9 @@ from plant.seeds import generator
 from tuner.analysis.air_losses import air_losses, excused
 from tuner.analysis.final_flights import FinalFlights
 
-SPENT = (0.5, 0.25, 0.125, 0.125)
+SPENT = (0.5, 0.125, 0.125, 0.125, 0.125)
 """Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
-BUDGET = 16
+BUDGET = 32
 """Further flights of all points together, in held-out flights of the study."""
 MAX_FLIGHTS_FOR_SHARE = 20_000
 """Flights of a point at most to show that a share of events is within its limit."""
@@ -79,6 +79,7 @@ class LimitFlights:
         self._passed = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
         self._further: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._counts: dict[int, list[int]] = {}
+        self._known: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
 
     def confidence(self, entry: Constraint, look: int) -> float:
@@ -106,8 +107,16 @@ class LimitFlights:
             if not rests_on_value(entry):
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
-                parts[:, row, i] = self.interval(*self.samples(flown, row), i, self.confidence_of(entry, row))
+                parts[:, row, i] = self._known_interval(flown, row, i, self.confidence_of(entry, row))
         return parts
+
+    def _known_interval(self, flown: FinalFlights, row: int, i: int, confidence: float) -> tuple[float, float, float]:
+        """Return the interval of a row, resampled once for the same flights."""
+        scores, origin = self.samples(flown, row)
+        key = i, confidence, scores[len(self.problem.objectives) + i].tobytes()
+        if key not in self._known:
+            self._known[key] = self.interval(scores, origin, i, confidence)
+        return self._known[key]
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.

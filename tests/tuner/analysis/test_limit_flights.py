@@ -16,7 +16,7 @@ from tuner.analysis import air_losses as air
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights, Look
 
-FLIGHTS, MAX_GROWTH = 32, 8
+FLIGHTS, MAX_GROWTH = 32, 16
 ERROR = Objective(parse("itae.position"), Risk("mean"))
 OVERSHOOT = Objective(parse("overshoot.x"), Risk("mean"))
 FAILURE = Objective(parse("failure"), Risk("mean"))

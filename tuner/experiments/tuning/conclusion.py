@@ -10,6 +10,7 @@ import numpy as np
 from objectives.evaluator import concatenate_evaluations
 from objectives.problem import Evaluator, Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
+from plant.ties import increasing_order
 from tuner.analysis.held_out import compare, compare_known
 from tuner.analysis.lost_flights import loss_costs
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
@@ -23,23 +24,24 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
 )
 from tuner.experiments.tuning.ending import obstacles_of
-from tuner.experiments.tuning.finalist_limits import finalist_limits, rare_words
+from tuner.experiments.tuning.finalist_limits import FinalistLimits, finalist_limits, rare_words
 from tuner.experiments.tuning.finalists import finalists_in_all_states
 from tuner.experiments.tuning.flight_growth import grown_study
+from tuner.experiments.tuning.further_finalists import MAX_ROUNDS, further_finalists
 from tuner.experiments.tuning.guards import warnings_after_run
 from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.recommendation import is_among_worst
-from tuner.experiments.tuning.survivors import Survivors, survivors_of
-from tuner.experiments.tuning.validation import Validation
+from tuner.experiments.tuning.survivors import Survivors, flown_through, survivors_of
+from tuner.experiments.tuning.validation import Validated, Validation
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.study.tuning_study import TuningStudy
 from tuner.text.numbers import significant
-from tuner.text.sentences import limit_text
+from tuner.text.sentences import counted, limit_text
 
 
 def conclude(
@@ -48,14 +50,9 @@ def conclude(
     """Fly default and front on held-out scenarios and pick the recommended point; first_warnings: those so far."""
     tried = archive(generations)
     survivors, candidates, warnings = selected(problem, study, generations, tried, watcher)
+    watcher.on_stage(CHECKING, (len(candidates) + 3) * sum(batch.count for batch in batches(study, HELD_OUT)))
+    survivors, candidates, validated, tails = validate(problem, study, generations, survivors, candidates, watcher)
     gains = finalist_gains(problem, study, tried, candidates)
-    watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in batches(study, HELD_OUT)))
-    names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
-    tails = finalist_limits(problem, study, gains, watcher)
-    seen = survivors.seen([0, *candidates.tolist()])
-    validated = Validation(
-        problem, study, gains, names, seen, is_among_worst(generations[0].evaluation), watcher, tails
-    ).conclude()
     costs = loss_costs(problem, batches(study, CONFIRMATION)) if isinstance(problem, Problem) else None
     table = compare(problem, validated.confirmation, study.seed, study.table.relevant, costs)
     if tails is not None:
@@ -94,6 +91,41 @@ def conclude(
     )
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
+
+
+def validate(
+    problem: Evaluator,
+    study: SearchedStudy,
+    generations: list[Generation],
+    survivors: Survivors,
+    candidates: np.ndarray,
+    watcher: Watcher,
+) -> tuple[Survivors, np.ndarray, Validated, FinalistLimits | None]:
+    """Validate finalists and, round by round, further ones that these show to keep the limits; return all with the result."""
+    seen, grown = concatenate_evaluations([entry.evaluation for entry in generations]), grown_study(study, generations)
+    is_worst = is_among_worst(generations[0].evaluation)
+    for rounds in range(1 + MAX_ROUNDS):
+        gains = finalist_gains(problem, study, archive(generations), candidates)
+        names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
+        tails = finalist_limits(problem, study, gains, watcher)
+        estimates = survivors.seen([0, *candidates.tolist()])
+        validated = Validation(problem, study, gains, names, estimates, is_worst, watcher, tails).conclude()
+        # Trials of another program and estimates of rare events take too long to be made by the way.
+        if rounds == MAX_ROUNDS or tails is not None or not isinstance(problem, Problem):
+            break
+        further = further_finalists(seen, study, candidates, validated)
+        if not len(further):
+            break
+        watcher.on_message(
+            f"{counted(len(further), 'further candidate')} fly: by the finalists' flights they probably keep every limit."
+        )
+        if grown.search.first is not None:
+            both = np.union1d(survivors.candidates, further)
+            survivors = flown_through(problem, grown, generations, both, watcher.on_flights_done)
+        candidates = np.concatenate([candidates, further])
+        rows = np.searchsorted(survivors.candidates, candidates)
+        candidates = candidates[increasing_order(survivors.evaluation.values[rows, 0])]
+    return survivors, candidates, validated, tails
 
 
 def selected(

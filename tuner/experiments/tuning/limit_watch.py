@@ -25,6 +25,8 @@ N_TIMES = 4
 """Fresh flights of a point, in those of the search; the held-out check's at most."""
 MAX_WATCHED_POINTS = 3
 """Points of a front that make them at a time."""
+SETTLED_WIDTH = 0.5
+"""Share of a half-width that is left at four times the held-out flights, by which most points at a limit are decided."""
 NEAR = 0.1
 """Share of a limit from which on a point stands at it: an interval of four flights may be next to nothing."""
 
@@ -77,7 +79,7 @@ class LimitWatch:
         width = np.array([self._fresh[number].width for number in watched.tolist()])
         before = evaluation.excess[np.searchsorted(candidates, watched), : len(limits)]
         for i in self._limited:
-            upper = excess[:, i] + width[:, i]
+            upper = excess[:, i] + SETTLED_WIDTH * width[:, i]
             # What flights err about a limit grows with its quantity, so points at the limit that will be judged by count.
             near = increasing_order(np.abs(upper))[:MAX_WATCHED_POINTS]
             scale = scales(limits[i].most, before[near, i], upper[near])

@@ -5,6 +5,7 @@ Every candidate of such a search flies the first scenarios alone. Those that no 
 theirs.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,13 +64,26 @@ def survivors_of(
     seen = concatenate_evaluations([entry.evaluation for entry in generations])
     if study.search.first is None:
         return Survivors(np.arange(len(seen.values)), seen, 0)
-    tried, flown = archive(generations), remaining_batches(study)
     feasible = surviving(problem, seen, study.seed)
     around = beside_limits(seen, problem.constraints, feasible, study.seed, MAX_EXTRA_SURVIVORS, back_off)
     hopeful = np.concatenate([feasible, around])
-    candidates = np.union1d([0], hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]])
-    watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
-    rest = problem.evaluate(tried.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
+    hopeful = hopeful if len(hopeful) else [nothing_feasible(archive(generations), study.requirements)[0]]
+    candidates = np.union1d([0], hopeful)
+    watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in remaining_batches(study)))
+    return flown_through(problem, study, generations, candidates, watcher.on_flights_done)
+
+
+def flown_through(
+    problem: Evaluator,
+    study: SearchedStudy,
+    generations: list[Generation],
+    candidates: np.ndarray,
+    on_flights_done: Callable[[int], None],
+) -> Survivors:
+    """Fly candidates, increasing archive indices (k,), through the rest of their flights."""
+    seen = concatenate_evaluations([entry.evaluation for entry in generations])
+    tried, flown = archive(generations), remaining_batches(study)
+    rest = problem.evaluate(tried.points[candidates], flown, on_flights_done, fly_all=candidates == 0)
     if problem.memory:
         problem.memory.commit("survivors")
     return Survivors(candidates, joined(problem, picked(seen, candidates), rest), rest.flights)

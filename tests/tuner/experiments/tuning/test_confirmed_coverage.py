@@ -28,7 +28,7 @@ from tuner.experiments.tuning.validation import Validated, Validation
 from tuner.search.watcher import Watcher
 
 BANK, CANDIDATES, FINALISTS, TRIED = 20_000, 32, 8, 2000
-SEARCHED, FLIGHTS, MAX_FLIGHTS = 8, 64, 512
+SEARCHED, FLIGHTS, MAX_FLIGHTS = 8, 64, 1024
 FAMILIES = {
     "overshoot": Case(LAG, "iae.level", "overshoot.level", 5.0),
     "settling": Case(THIRD, "travel", "settling.level", 9.0),

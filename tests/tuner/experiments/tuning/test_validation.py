@@ -18,7 +18,7 @@ from tuner.experiments.tuning import validation
 from tuner.experiments.tuning.validation import Validation
 from tuner.search.watcher import Watcher
 
-MEAN, FLIGHTS, MAX_FLIGHTS = Risk("mean"), 64, 512
+MEAN, FLIGHTS, MAX_FLIGHTS = Risk("mean"), 64, 1024
 ERROR = Objective(parse("itae.position"), MEAN)
 OVERSHOOT = Constraint(Objective(parse("overshoot.x"), MEAN), 15.0, confidence=0.95)
 FAILURE = Constraint(Objective(parse("failure"), MEAN), 0.0, confidence=0.95)
@@ -50,7 +50,7 @@ def made(errors, *limited, constraints=(OVERSHOOT,), spread=1.0) -> Made:
     for key, stream in enumerate((HELD_OUT, CONFIRMATION)):
         noise = generator(6, "test/validation", key).standard_normal((*means.shape, MAX_FLIGHTS))
         # Exact means of the held-out flights, and of those up to each further look.
-        parts = np.split(noise, [FLIGHTS, 2 * FLIGHTS, 4 * FLIGHTS], axis=-1)
+        parts = np.split(noise, [FLIGHTS, 2 * FLIGHTS, 4 * FLIGHTS, 8 * FLIGHTS], axis=-1)
         noise = np.concatenate([part - part.mean(axis=-1, keepdims=True) for part in parts], axis=-1)
         scale = np.array([0.01, *[spread] * len(limited)])[:, None]
         scores[stream] = means[..., None] + scale * noise
@@ -90,12 +90,12 @@ def test_who_straddles_the_limit_flies_on_and_the_best_that_keeps_it_is_recommen
 
 
 def test_points_that_no_look_would_settle_leave_the_flights_to_those_behind_them(monkeypatch):
-    # The budget is 1,024 flights. p1 and p2 would take some 6,000 and 2,000, and each may make 512; p3 takes 256.
-    problem = made([20.0, 8.0, 8.1, 8.2, 12.0], [20.0, 14.97, 14.95, 14.85, 14.0])
+    # The budget is 2,048 flights. p1 and p2 would take some 6,000 and 2,500, and each may make 1,024; p3 takes 256.
+    problem = made([20.0, 8.0, 8.1, 8.2, 12.0], [20.0, 14.97, 14.955, 14.8, 14.0])
     found = validated(problem, monkeypatch)
     assert (found.tuned, found.keeps) == (3, True) and found.further_flights == 3 * FLIGHTS
     # Where nothing else keeps the limit, they fly all the same.
-    assert validated(made([20.0, 8.0], [20.0, 14.95]), monkeypatch).further_flights == MAX_FLIGHTS - FLIGHTS
+    assert validated(made([20.0, 8.0], [20.0, 14.975]), monkeypatch).further_flights == MAX_FLIGHTS - FLIGHTS
 
 
 def test_nobody_flies_on_who_would_not_be_recommended(monkeypatch):

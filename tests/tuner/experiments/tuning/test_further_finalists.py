@@ -1,0 +1,66 @@
+"""Further finalists: by what the first ones showed of a limit, on made-up evaluations."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from tests.tuner.experiments.tuning.test_active_limits import ERROR, OVERSHOOT, TRAVEL, evaluated
+from tuner.experiments.tuning.further_finalists import N_FURTHER, further_finalists, thinned
+from tuner.experiments.tuning.validation import Validated
+
+COUNT = 61
+ERRORS = np.linspace(1.0, 4.0, COUNT)
+LIMITED = np.linspace(18.0, 12.0, COUNT)
+"""Candidates that cost more the further inside the limit of 15 they are: in the search, candidate 30 is at it."""
+
+
+def validation_of(candidates, tuned, harshness, keeps=True) -> Validated:
+    """The validation of finalists whose held-out values of the limited quantity are greater by a harshness."""
+    value = np.array([20.0, *(LIMITED[candidates] + harshness)])[:, None]
+    finalists = SimpleNamespace(limits=np.stack([value, value - 0.5, value + 0.5]))
+    found: Any = SimpleNamespace(finalists=finalists, tuned=tuned, keeps=keeps)
+    return found
+
+
+def chosen(candidates, tuned, harshness, relevant=0.02, seen=None, keeps=True, objectives=(ERROR,)):
+    study: Any = SimpleNamespace(
+        seed=1, constraints=(OVERSHOOT,), objectives=objectives, table=SimpleNamespace(relevant=relevant)
+    )
+    seen = evaluated(ERRORS, LIMITED) if seen is None else seen
+    return further_finalists(seen, study, np.array(candidates), validation_of(candidates, tuned, harshness, keeps))
+
+
+def test_whoever_keeps_the_limit_by_what_finalists_showed_and_is_better_flies_too():
+    # Held-out flights are harsher by 1: candidates from 40 on keep the limit, and of the finalists 55 alone does.
+    rows = chosen([28, 30, 32, 55], tuned=4, harshness=1.0)
+    assert 0 < len(rows) <= N_FURTHER and rows.min() == 40 and rows.max() < 55
+    # The second round comes closer, and ends where nobody better is left by more than a relevant difference.
+    assert not len(chosen([28, 30, 32, 40, 55], tuned=4, harshness=1.0))
+    assert len(chosen([28, 30, 32, 44, 55], tuned=4, harshness=1.0))
+    assert not len(chosen([28, 30, 32, 44, 55], tuned=4, harshness=1.0, relevant=0.1))
+
+
+def test_milder_flights_open_what_the_search_had_closed():
+    rows = chosen([30, 32, 34], tuned=1, harshness=-1.0)
+    assert rows.min() == 20 and rows.max() < 30
+
+
+def test_without_a_point_that_keeps_the_limits_everyone_inside_is_better():
+    rows = chosen([28, 30, 32], tuned=2, harshness=1.0, keeps=False)
+    assert rows.min() == 40 and rows.max() == COUNT - 1
+
+
+def test_of_several_objectives_there_are_none():
+    seen = evaluated(np.stack([ERRORS, ERRORS[::-1]], axis=1), LIMITED)
+    assert not len(chosen([28, 30, 32, 55], 4, 1.0, seen=seen, objectives=(ERROR, TRAVEL)))
+
+
+def test_who_is_furthest_inside_for_a_value_goes_first():
+    # Of two ladders of one value the inner one is taken, and its ends are among them.
+    value = np.repeat(np.linspace(1.0, 2.0, 20), 2)
+    excess = -value - np.tile([0.0, 0.5], 20)
+    rows = thinned(np.arange(40), np.column_stack([value, excess]))
+    assert len(rows) == N_FURTHER and np.all(rows % 2 == 1) and {1, 39} <= set(rows.tolist())
+    few = np.array([3, 7])
+    assert thinned(few, np.zeros((2, 2))).tolist() == [3, 7]
