@@ -1,0 +1,10 @@
+"""The record of the extension."""
+
+from tuner.extension import Extension
+
+HOME = "tuner.extensions.betaflight_adrc"
+EXTENSION = Extension(
+    name="betaflight_adrc",
+    about="Betaflight's active disturbance rejection on the rate loop: margins, and the axis that rings.",
+    requires=("betaflight",),
+)
