@@ -4,8 +4,8 @@
 
     P(s) = b_acc (1 + T_z s) e^{-L s}/(s (1 + tau s)),   T_z > 0 for yaw alone, from the reaction torque of the rotors
 
-P(z) is exact for any dead time L (K. J. Astrom and B. Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3): with d whole
-periods in L rounded up, delta = d T - L and a = e^{-T/tau},
+P(z) is exact for any dead time L (K. J. Astrom and B. Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3): with d
+whole periods in L rounded up, delta = d T - L and a = e^{-T/tau},
 
     P(z) = b_acc z^-d [T/(z - 1) + delta + T_z - tau - (T_z - tau) e^{-delta/tau} (z - 1)/(z - a)]
 
