@@ -1,8 +1,8 @@
 """`python -m benchmarks.adrc_flights FLIGHTS.csv`: forecasts of Betaflight's ADRC against what its pilots printed.
 
 FLIGHTS.csv has a row for each printed outcome: craft, build, loop_hz, axis, wc, wo, b0, b0_law, throttle (with scale= of b0 and
-gain= of the plant), outcome, frequency_hz, value, unit. The plants of one craft, by chirp, are scaled by b0 to the others; nothing
-is fitted to an outcome. `--write` puts the page into results/adrc_flights.md.
+gain= of the plant), outcome, frequency_hz, value, unit. The plants of one craft, by chirp, are scaled by b0 to the others;
+nothing is fitted to an outcome. `--write` puts the page into results/adrc_flights.md.
 """
 
 import argparse

@@ -4,7 +4,7 @@ import pytest
 
 from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, Sampling, margins
 from tuner.extensions.betaflight_adrc.ringing import changes, plants_of_b0, rings, worst_ring
-from tuner.extensions.betaflight_adrc.settings import BUILDS, default_tune
+from tuner.extensions.betaflight_adrc.settings import AXES, BUILDS, default_tune
 
 SAMPLING = Sampling(312e-6, 312e-6, ())
 
@@ -52,9 +52,8 @@ def test_margins_by_throttle_follow_the_schedules():
 
 
 def test_the_axis_that_rings_is_yaw_and_a_larger_b0_costs_stiffness():
-    tune = tune_of(
-        **{f"{name}_{axis}": value for axis in ("roll", "pitch", "yaw") for name, value in (("wc", 97), ("wo", 110))}
-    )
+    sweep = {f"{name}_{axis}": value for axis in AXES for name, value in (("wc", 97), ("wo", 110))}
+    tune = tune_of("b11", **sweep)
     plants = plants_of_b0(tune)
     ring = worst_ring(list(rings(tune, plants, SAMPLING)), "FIXED")
     assert ring.axis == "yaw" and 55.0 < ring.margins.ring < 65.0
