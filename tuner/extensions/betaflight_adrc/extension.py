@@ -7,4 +7,9 @@ EXTENSION = Extension(
     name="betaflight_adrc",
     about="Betaflight's active disturbance rejection on the rate loop: margins, and the axis that rings.",
     requires=("betaflight",),
+    command_module=f"{HOME}.command",
+    commands=("adrc",),
+    api={"adrc": f"{HOME}.api:adrc"},
+    documents={"adrc": f"{HOME}.document:AdrcDocument"},
+    printers={"AdrcForecast": f"{HOME}.printer:print_adrc_forecast"},
 )

@@ -115,7 +115,8 @@ def rings(
     for axis in plants:
         for schedule, throttle, is_open in (*flights, (tune.schedule, IDLE, False)):
             scale = scale_at(tune, schedule, throttle, is_open)
-            plant = scaled(plants[axis], authority_at(tune, throttle, growth))
+            # On the ground airmode raises the applied collective to that of hover and beyond.
+            plant = scaled(plants[axis], authority_at(tune, throttle, growth) if is_open else 1.0)
             yield Ring(axis, throttle, schedule, is_open, margins(tune, axis, plant, sampling, scale, is_open))
 
 
