@@ -204,7 +204,28 @@ def step_gate(
 def released(memory: AxisMemory, before: Gate, after: Gate) -> AxisMemory:
     """Return the state of an axis, without output where the gate opens."""
     opens = both(before.is_open < 0.5, after.is_open > 0.5)
-    return memory._replace(output=select(opens, 0.0, memory.output))
+    return with_output(memory, select(opens, 0.0, memory.output))
+
+
+def with_output(memory: AxisMemory, output: float) -> AxisMemory:
+    """Return the state of an axis with the output that was applied."""
+    stages = memory.stage1, memory.stage2
+    return AxisMemory(*stages, memory.z1, memory.z2, memory.z3, memory.reference, output)
+
+
+def limited_rate(z1: float, constants: AxisConstants) -> float:  # noqa: ARG001
+    """The estimate of the rate within its limit."""
+    return clip(z1, -MAX_RATE, MAX_RATE)
+
+
+def limited_acceleration(z2: float, constants: AxisConstants) -> float:  # noqa: ARG001
+    """The estimate of the acceleration within its limit."""
+    return clip(z2, -MAX_ACCELERATION, MAX_ACCELERATION)
+
+
+def limited_disturbance(output: float, constants: AxisConstants) -> float:
+    """The output that cancels the disturbance within the limit of the sum."""
+    return clip(output, -constants.limit, constants.limit)
 
 
 def observe(
@@ -232,13 +253,14 @@ def observe(
     updated = leaked - period * (wo * wo * wo) * error
     grows = absolute(updated) > absolute(leaked)
     z3 = select(both(either(is_open < 0.5, inhibited > 0.5), grows), leaked, updated)
-    limit = constants.limit * b
-    return memory._replace(
-        stage1=stage1,
-        stage2=stage2,
-        z1=clip(z1, -MAX_RATE, MAX_RATE),
-        z2=clip(z2, -MAX_ACCELERATION, MAX_ACCELERATION),
-        z3=clip(z3, -limit, limit),
+    return AxisMemory(
+        stage1,
+        stage2,
+        limited_rate(z1, constants),
+        limited_acceleration(z2, constants),
+        b * limited_disturbance(z3 / b, constants),
+        memory.reference,
+        memory.output,
     )
 
 
@@ -281,8 +303,8 @@ def step_axis(
     observed = observe(memory, constants, b, gate.is_open, inhibited, rate, period)
     filtered = step_stage(memory.reference, setpoint, constants.reference_share)
     reference = select(constants.reference_share > 0.0, filtered, setpoint)
-    observed = observed._replace(reference=reference)
-    return feedback(observed, constants, gate.blend, b), observed
+    referred = AxisMemory(*observed[:5], reference, observed.output)
+    return feedback(referred, constants, gate.blend, b), referred
 
 
 def seeded(rate: float) -> AxisMemory:
