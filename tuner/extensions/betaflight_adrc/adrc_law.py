@@ -38,7 +38,7 @@ MIN_SCALE = 1.0
 
 class Gains(NamedTuple):
     """angle_p [0.1/s], angle_cutoff, gyro_lpf1, gyro_lpf2, lpf [Hz]; wc, wo [rad/s]; b0 [deg/s3]; schedule, hover [%],
-    scale_max [1]; sigma [0.1/s]; tau [ms]; limit [1]; throttle [1]; authority [y/s2].
+    scale_max [1]; sigma [0.1/s]; tau [s]; limit [1]; throttle [1]; authority [y/s2].
     """
 
     angle_p: float
@@ -85,7 +85,7 @@ class Memory(NamedTuple):
 def prepare(gains: Gains, h: float) -> Constants:
     """Sample the filters; the observer is no faster than half the loop."""
     wo = minimum(gains.wo, MAX_STEP / h)
-    inverse_tau = select(gains.tau > 0.0, 1000.0 / select(gains.tau > 0.0, gains.tau, 1.0), 0.0)
+    inverse_tau = select(gains.tau > 0.0, 1.0 / select(gains.tau > 0.0, gains.tau, 1.0), 0.0)
     raw = schedule_scale(gains.schedule, 100.0 * gains.throttle / maximum(gains.hover, 5.0))
     leak = 0.1 * gains.sigma
     axis = AxisConstants(
@@ -200,8 +200,8 @@ LAW = Law(
             meaning="leak of the disturbance estimate, in 0.1/s", unit="1", resolution=1.0,
         ),
         row(
-            "tau", "adrc_motor_tau_ms", Span(0.0, 0.0, 100.0),
-            meaning="motor lag in the observer, 0 for none", unit="ms", resolution=1.0,
+            "tau", "adrc_motor_tau_ms", Span(0.0, 0.0, 0.1),
+            meaning="motor lag in the observer, 0 for none", unit="s", resolution=0.001,
         ),
         row(
             "limit", "pidsum_limit", Span(500.0, 100.0, 1000.0),
