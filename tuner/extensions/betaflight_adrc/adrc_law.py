@@ -60,7 +60,7 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Level gain [1/s], shares of the filters, those of the observer, scale of b0, limit, authority [y/s2]."""
+    """Level gain [1/s], shares of filters, observer, scale, limit, authority [y/s2]."""
 
     outer: float
     angle: float

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 from plant.errors import InputError
 from plant.input_files import InputFile, given_content
 from tuner.api.frames import Documented, frame
+from tuner.api.gains import read_gains
 from tuner.extensions.betaflight.presets import WHAT
 from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
-from tuner.extensions.betaflight_adrc.export import command_lines_of
+from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc, read_plants
 from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, with_axes, worst_ring
@@ -55,6 +56,7 @@ def adrc(
     build: str = "",
     gyro_rate: float = 0.0,
     growth: float = DEFAULT_GROWTH,
+    gains: str | Path | None = None,
     settings: Mapping[str, float | str] | None = None,
     out: str | Path | None = None,
 ) -> AdrcForecast:
@@ -67,6 +69,7 @@ def adrc(
         build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
         gyro_rate: Rate of the gyro [Hz]; by default 8000.
         growth: Exponent of the acceleration gain over the collective.
+        gains: File gains.json of a study with the law `betaflight_adrc`, whose settings replace those of the file.
         settings: Other values of settings, such as {"adrc_wo_yaw": 80}.
         out: File of command lines to write; it must not be there yet.
 
@@ -83,16 +86,18 @@ def adrc(
         raise InputError(f"given {growth:g}; allowed 0 to 2", key="growth")
     path = Path(file)
     read = read_adrc(InputFile(path, given_content(path, f"give {WHAT}")), profile, build, gyro_rate)
-    asked_changes = {
-        name: value if isinstance(value, str) else f"{value:g}" for name, value in (settings or {}).items()
-    }
+    edits = {name: value if isinstance(value, str) else f"{value:g}" for name, value in (settings or {}).items()}
+    if gains is not None:
+        searched = read_gains(gains)
+        of_law = settings_of_gains(searched.laws["attitude"], searched, read.tune)
+        edits = of_law | edits
     # The plants belong to the craft, so they follow the b0 that it flies now.
     craft = {} if plants is None else read_plants(Path(plants), read.sampling)
     by_axis = read.plants(with_axes({}, read.tune)) | craft
-    read = changed(read, asked_changes)
+    read = changed(read, edits)
     document = forecast_document(str(file), read, by_axis, set(craft), growth)
     source = f"plants of {Path(plants).name}" if plants is not None else "plants scaled by b0"
-    lines = command_lines_of(read, asked_changes, source, document.sentence)
+    lines = command_lines_of(read, edits, source, document.sentence)
     if out is not None:
         write_lines(Path(out), read, lines)
     return AdrcForecast(document, read, lines)

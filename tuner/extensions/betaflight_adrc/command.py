@@ -26,6 +26,9 @@ def adrc(
     build: Annotated[str, typer.Option(help="Build: b10.1, b11, pr or mp2; default: recognized.")] = "",
     gyro_rate: Annotated[float, typer.Option(help="Rate of the gyro [Hz]; default: 8000.")] = 0.0,
     growth: Annotated[float, typer.Option(help="Exponent of the acceleration gain over the throttle.")] = 0.5,
+    gains: Annotated[
+        Path | None, typer.Option(help="A gains.json of the law betaflight_adrc, whose settings replace the file's.")
+    ] = None,
     gain: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Another value of a setting; give it again for others."),
@@ -39,6 +42,8 @@ def adrc(
 
     Example: tuner adrc diff_all.txt --gyro-rate 3205
 
+    Example: tuner adrc diff_all.txt --gains results/adrc5/gains.json --out lines.txt
+
     Example: tuner adrc diff_all.txt --plant craft.toml --gain adrc_wo_yaw=80 --out lines.txt
     """
     settings = dict(named_text(text, "--gain", "adrc_wo_yaw=80") for text in gain or [])
@@ -49,6 +54,7 @@ def adrc(
         build=build,
         gyro_rate=gyro_rate,
         growth=growth,
+        gains=gains,
         settings=settings,
         out=out,
     )

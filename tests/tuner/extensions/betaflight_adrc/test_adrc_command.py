@@ -138,3 +138,17 @@ def test_plant_files_that_are_refused(vehicle, tmp_path, text, said):
 def test_thrust_linear_raises_the_gain_of_scaled_plants(vehicle):
     margins = [tuner.adrc(vehicle(thrust_linear=level)).document.rings[0].gain_margin or 0.0 for level in ("0", "60")]
     assert margins[0] / margins[1] == pytest.approx(1.36, rel=1e-6)
+
+
+def test_gains_of_a_study_become_settings(vehicle, tmp_path):
+    """Those of the law alone; a gains.json of another law is refused."""
+    gains = tuner.default_gains("betaflight_adrc", airframe="racer5").replace({"yaw.wo": 71.6, "yaw.wc": 64.0})
+    gains.write(tmp_path / "gains.json")
+    made = tuner.adrc(vehicle(), gains=tmp_path / "gains.json", settings={"adrc_wc_yaw": 65})
+    numbers = made.profile.tune.numbers
+    assert (numbers["adrc_wo_yaw"], numbers["adrc_wc_yaw"], numbers["adrc_b0_yaw"]) == (72.0, 65.0, 2000.0)
+    assert made.profile.tune.schedule == "SQRT" and "set adrc_b0_law = SQRT" in made.lines
+    other = tmp_path / "other.json"
+    tuner.default_gains("pid", airframe="racer5").write(other)
+    with pytest.raises(InputError, match="given gains of pid; give those of a study"):
+        tuner.adrc(vehicle(), gains=other)
