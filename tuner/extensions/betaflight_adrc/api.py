@@ -13,9 +13,9 @@ from tuner.api.gains import read_gains
 from tuner.extensions.betaflight.presets import WHAT
 from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
-from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant
-from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc, read_plants
-from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, with_axes, worst_ring
+from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
+from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, worst_ring
+from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants, vehicle_plants
 from tuner.store.document import taken
 from tuner.store.folder import put
 
@@ -52,6 +52,7 @@ def adrc(
     file: str | Path,
     *,
     plants: str | Path | None = None,
+    log: str | Path | None = None,
     profile: int | None = None,
     build: str = "",
     gyro_rate: float = 0.0,
@@ -65,6 +66,7 @@ def adrc(
     Args:
         file: Output of `diff all` or `dump all` of the vehicle.
         plants: Table (TOML) of the craft's own plants by axis; by default they are scaled by b0.
+        log: Flight log (.bbl or CSV) with setpoints, out of which the plants are identified.
         profile: Number of the PID profile; by default the selected one.
         build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
         gyro_rate: Rate of the gyro [Hz]; by default 8000.
@@ -92,12 +94,11 @@ def adrc(
         of_law = settings_of_gains(searched.laws["attitude"], searched, read.tune)
         edits = of_law | edits
     # The plants belong to the craft, so they follow the b0 that it flies now.
-    craft = {} if plants is None else read_plants(Path(plants), read.sampling)
-    by_axis = read.plants(with_axes({}, read.tune)) | craft
+    table, flight = (None if each is None else Path(each) for each in (plants, log))
+    craft = vehicle_plants(read, table, flight)
     read = changed(read, edits)
-    document = forecast_document(str(file), read, by_axis, set(craft), growth)
-    source = f"plants of {Path(plants).name}" if plants is not None else "plants scaled by b0"
-    lines = command_lines_of(read, edits, source, document.sentence)
+    document = forecast_document(str(file), read, craft, growth)
+    lines = command_lines_of(read, edits, craft.origin(table, flight), document.sentence)
     if out is not None:
         write_lines(Path(out), read, lines)
     return AdrcForecast(document, read, lines)
@@ -112,24 +113,20 @@ def write_lines(path: Path, profile: Profile, lines: str) -> None:
     put(path.parent, path.name, lines.encode())
 
 
-def forecast_document(
-    file: str, profile: Profile, plants: Mapping[str, AxisPlant], measured: set[str], growth: float
-) -> AdrcDocument:
+def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth: float) -> AdrcDocument:
     """Return the forecast of a profile.
 
     Args:
         file: Name of its file.
         profile: Profile as read.
-        plants: Plant of each axis at hover.
-        measured: Names of the axes whose plant is the craft's own.
+        craft: Plants of the craft.
         growth: Exponent of the acceleration gain over the collective.
     """
-    tune, sampling = profile.tune, profile.sampling
+    tune, sampling, plants = profile.tune, profile.sampling, craft.plants
     conditions = list(rings(tune, plants, sampling, growth))
     worst = worst_ring(conditions, tune.schedule)
     ground = worst_ring(conditions, tune.schedule, is_open=False)
     options = changes(tune, plants[worst.axis], sampling, worst, growth)
-    is_limit = set(plants) <= measured
     return AdrcDocument(
         format="gainproof-adrc",
         version="0.1",
@@ -138,19 +135,20 @@ def forecast_document(
         build=tune.build.name,
         revision=profile.revision,
         schedule=tune.schedule,
-        is_limit=is_limit,
+        is_limit=craft.is_measured,
         loop_rate=1.0 / sampling.period,
         growth=growth,
-        plants=[_plant_row(axis, plant, axis in measured) for axis, plant in plants.items()],
+        plants=[_plant_row(axis, entry) for axis, entry in craft.axes.items()],
         rings=[_ring_row(ring) for ring in conditions],
         worst=conditions.index(worst),
         changes=[_change_row(change) for change in options],
-        sentence=sentence(worst, ground, options, is_limit=is_limit),
-        notes=list(profile.notes),
+        sentence=sentence(worst, ground, options, is_limit=craft.is_measured),
+        notes=[*profile.notes, *craft.notes],
     )
 
 
-def _plant_row(axis: str, plant: AxisPlant, is_own: bool) -> PlantRow:
+def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
+    plant, (low, high) = entry.plant, entry.b0 or (None, None)
     return PlantRow(
         axis=axis,
         gain=plant.gain,
@@ -158,7 +156,9 @@ def _plant_row(axis: str, plant: AxisPlant, is_own: bool) -> PlantRow:
         dead_time=plant.dead_time,
         zero=plant.zero,
         b0=plant.b0,
-        source="given" if is_own else "b0",
+        b0_low=low,
+        b0_high=high,
+        source=entry.source,
     )
 
 

@@ -22,6 +22,9 @@ def adrc(
     plants: Annotated[
         Path | None, typer.Option("--plant", help="Plants of the craft by axis (TOML); default: scaled by b0.")
     ] = None,
+    log: Annotated[
+        Path | None, typer.Option(help="Flight log with setpoints (.bbl or CSV): identify the plants from it.")
+    ] = None,
     profile: Annotated[int | None, typer.Option(help="PID profile; default: the selected one.", min=0, max=3)] = None,
     build: Annotated[str, typer.Option(help="Build: b10.1, b11, pr or mp2; default: recognized.")] = "",
     gyro_rate: Annotated[float, typer.Option(help="Rate of the gyro [Hz]; default: 8000.")] = 0.0,
@@ -42,6 +45,8 @@ def adrc(
 
     Example: tuner adrc diff_all.txt --gyro-rate 3205
 
+    Example: tuner adrc diff_all.txt --log chirp.bbl
+
     Example: tuner adrc diff_all.txt --gains results/adrc5/gains.json --out lines.txt
 
     Example: tuner adrc diff_all.txt --plant craft.toml --gain adrc_wo_yaw=80 --out lines.txt
@@ -50,6 +55,7 @@ def adrc(
     made = tuner.adrc(
         file,
         plants=plants,
+        log=log,
         profile=profile,
         build=build,
         gyro_rate=gyro_rate,

@@ -12,7 +12,8 @@ class PlantRow(DocumentPart):
         gain: Acceleration per unit of output [deg/s2].
         lag, dead_time, zero: Time constants [s].
         b0: Gain from output to rate'' [deg/s3].
-        source: Origin: "given", or "b0" for one scaled by b0.
+        b0_low, b0_high: Its 95 % interval out of a log, otherwise null.
+        source: Origin: "given", "log", or "b0" for one scaled by b0.
     """
 
     axis: str
@@ -21,6 +22,8 @@ class PlantRow(DocumentPart):
     dead_time: float
     zero: float
     b0: float
+    b0_low: float | None
+    b0_high: float | None
     source: str
 
 

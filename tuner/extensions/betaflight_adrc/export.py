@@ -11,7 +11,12 @@ from tuner.extensions.betaflight_adrc.settings import AXES, Tune
 HOVER = "adrc_hover_throttle"
 ESSENTIAL = tuple(f"adrc_{name}_{axis}" for name in ("wc", "wo", "b0") for axis in AXES)
 """Numbers that every file sets."""
-COMMON_SETTINGS = {"lpf": "adrc_gyro_lpf_hz", "hover": HOVER, "scale_max": "adrc_b0_scale_max", "sigma": "adrc_sigma_decay"}
+COMMON_SETTINGS = {
+    "lpf": "adrc_gyro_lpf_hz",
+    "hover": HOVER,
+    "scale_max": "adrc_b0_scale_max",
+    "sigma": "adrc_sigma_decay",
+}
 """Gain of the law that the axes share -> setting."""
 MAX_REMARK = 120
 

@@ -27,11 +27,12 @@ def print_adrc_forecast(made: "AdrcForecast", console: Console) -> None:
 
 def _plants(document: AdrcDocument) -> TerminalTable:
     table = TerminalTable("Plant at hover", keys=1)
-    heads = ("gain [deg/s2]", "lag [ms]", "dead time [ms]", "zero [ms]", "b0 [deg/s3]")
+    heads = ("gain [deg/s2]", "lag [ms]", "dead time [ms]", "zero [ms]", "b0 [deg/s3]", "95 %")
     table.columns_of("", *heads, left=("",))
     for row in document.plants:
         times = (f"{1e3 * value:.1f}" for value in (row.lag, row.dead_time, row.zero))
-        table.add_row(row.axis, f"{row.gain:.1f}", *times, f"{row.b0:.0f}")
+        ends = "" if row.b0_low is None or row.b0_high is None else f"{row.b0_low:.0f} to {row.b0_high:.0f}"
+        table.add_row(row.axis, f"{row.gain:.1f}", *times, f"{row.b0:.0f}", ends)
     return table
 
 

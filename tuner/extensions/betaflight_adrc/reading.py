@@ -40,6 +40,10 @@ FOLLOWING = ("gyro_lpf1_dyn_min_hz", 250.0)
 PLANT_RANGES = {"gain": (0.01, 1e5), "lag": (1e-3, 0.2), "delay": (0.0, 0.05), "zero": (0.0, 5.0)}
 """Key of an axis in a plant file -> its range: deg/s2 per unit of output, then seconds."""
 MAX_NOTCH_NAMES = 3
+DEFAULT_IDLE = 550.0
+"""Default of motor_idle [0.01 %]."""
+MAX_IDLE = 0.2
+"""Largest share of the motor range that is read."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Profile:
         is_known: Whether revision or settings show the build, or a person named it.
         sampling: Rates and filters.
         linear: Factor of thrust_linear on every output.
+        idle: Share of the motor range below which no motor idles.
         notes: Sentences on assumptions.
     """
 
@@ -62,6 +67,7 @@ class Profile:
     is_known: bool
     sampling: Sampling
     linear: float
+    idle: float
     notes: tuple[str, ...]
 
     def plants(self, plants: Mapping[str, AxisPlant]) -> dict[str, AxisPlant]:
@@ -95,7 +101,10 @@ def read_adrc(file: ReadableFile, number: int | None = None, build: str = "", gy
     low, high = next(pair for pair in zip(THRUST_LINEAR, THRUST_LINEAR[1:], strict=False) if level <= pair[1][0])
     factor = low[1] + (high[1] - low[1]) * (level - low[0]) / (high[0] - low[0])
     notes = _notes(texts, sampling, gyro_rate, recognized, revision)
-    return Profile(tune, chosen, revision, recognized is not None, sampling, factor, notes)
+    idle = 1e-4 * _number(texts, "motor_idle" if "motor_idle" in texts else "dshot_idle_value", DEFAULT_IDLE, file)
+    if not 0.0 <= idle <= MAX_IDLE:
+        raise InputError(f"given {100.0 * idle:g} %; allowed 0 to {100.0 * MAX_IDLE:g} %", file=file, key="motor_idle")
+    return Profile(tune, chosen, revision, recognized is not None, sampling, factor, idle, notes)
 
 
 def _tune(texts: Mapping[str, str], build: Build, file: ReadableFile) -> Tune:

@@ -20,7 +20,7 @@ from tuner.extensions.betaflight_adrc.linear_loop import (
     margins,
     scaled,
 )
-from tuner.extensions.betaflight_adrc.settings import AXES, SCHEDULES, SETTINGS, Tune
+from tuner.extensions.betaflight_adrc.settings import SCHEDULES, SETTINGS, Tune
 
 REFERENCE = {
     "roll": (6560.0, AxisPlant.identified(135.2, 0.0211, 0.0022, 250e-6)),
@@ -177,9 +177,3 @@ def _noise(tune: Tune, ring: Ring, sampling: Sampling) -> float:
     scale = scale_at(tune, ring.schedule, ring.throttle)
     response = controller_response(constants, scale, True, z, sampling.period)
     return float(np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2)))
-
-
-def with_axes(given: Mapping[str, AxisPlant], tune: Tune) -> dict[str, AxisPlant]:
-    """Return the plants of all axes; those that are not given are scaled by b0."""
-    by_b0 = plants_of_b0(tune)
-    return {axis: given.get(axis, by_b0[axis]) for axis in AXES}
