@@ -3,10 +3,10 @@
 In a closed loop output u and rate y share the noise, and the setpoint r, a chirp or sticks, is an instrument: with transforms R,
 U, Y of their differences and the response G of the plant behind the gyro's filters, the sums over a band of frequencies
 
-    Z_b = sum conj(R) (Y - G U),    var Z_b = c S_n sum |R|^2
+    Z_b = sum conj(R) (Y - G U),    var Z_b = S_n sum |R|^2
 
 have the mean 0 at the true plant (L. Ljung, System Identification, 2nd ed., section 7.6). S_n is the mean of |Y - G U|^2 in the
-band, c the noise bandwidth of the window. Weighted least squares give the numbers, their slopes the intervals. The output is the
+band. Weighted least squares give the numbers, their slopes the intervals. The output is the
 mix of the motors in the log, so it holds what the mixer made of it. Sticks move little above a few hertz: then the lag has a
 wide interval, and the axis is refused.
 """
@@ -42,15 +42,20 @@ BAND_ENDS = (1.5, 100.0)
 MAX_SHARE = 0.3
 """Highest frequency over the rate of the log."""
 N_BANDS, MIN_BINS, N_ROUNDS = 32, 6, 4
-HANN_BANDWIDTH = 1.5
-"""Noise bandwidth of the window, in bins."""
 STARTS = tuple((lag, delay) for lag in (0.01, 0.02, 0.04) for delay in (0.001, 0.003))
 """Motor lags and dead times from which a search starts [s]."""
 START_ZERO, MAX_LOG_GAIN = 0.1, 20.0
 BOUNDS = ((1e-3, 0.2), (0.0, 0.03), (1e-3, 3.0))
 """Ranges of lag, dead time and zero [s]."""
-MAX_HALF_WIDTH = {"acceleration gain": 0.2, "motor lag": 0.3}
+TAPER_SHARE = 0.02
+MAX_HALF_WIDTH = 0.3
 """Half-width of a relative interval, beyond which an axis is not identified."""
+SLOPES = {
+    "roll": {"acceleration gain": (1.0, 0.0, 0.0), "motor lag": (0.0, 1.0, 0.0)},
+    "pitch": {"acceleration gain": (1.0, 0.0, 0.0), "motor lag": (0.0, 1.0, 0.0)},
+    "yaw": {"gain above its zero": (1.0, -1.0, 0.0, 1.0)},
+}
+"""Axis -> numbers that decide where it rings, as sums of the parameters: yaw rings far above its zero."""
 STEPS = np.array([1.0, 1.0, 1e-3, 1.0])
 """Scales of the parameters."""
 MIN_DEVIATION = 1e-9
@@ -122,7 +127,7 @@ def bands_of(log: FlightLog, axis: str) -> Bands:
         [np.degrees(setpoint[:, k]), FULL_RANGE * log.command @ MIX[k] / 4.0, np.degrees(log.gyro[:, k])]
     )
     moving = np.diff(signals, axis=0)
-    spectra = np.fft.rfft(moving * np.hanning(len(moving))[:, None], axis=0)
+    spectra = np.fft.rfft(moving * taper(len(moving))[:, None], axis=0)
     frequency = np.asarray(np.fft.rfftfreq(len(moving), log.period), dtype=np.float64)
     high = min(BAND_ENDS[1], MAX_SHARE * log.rate)
     edges = np.searchsorted(frequency, np.geomspace(BAND_ENDS[0], high, N_BANDS + 1))
@@ -135,12 +140,26 @@ def bands_of(log: FlightLog, axis: str) -> Bands:
     return Bands(np.asarray(frequency[rows], dtype=np.float64), r, u, y, np.array(begins) - begins[0])
 
 
+def taper(n: int) -> Array:
+    """Return a window that rises and falls at the ends alone.
+
+    A longer one tilts the phase of a chirp, whose frequencies pass one after the other.
+    """
+    rise = max(round(TAPER_SHARE * n), 1)
+    window = np.ones(n)
+    window[:rise] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(rise) + 0.5) / rise)
+    window[-rise:] = window[:rise][::-1]
+    return window
+
+
 def identify_axis(log: FlightLog, axis: str, sampling: Sampling) -> IdentifiedAxis:
     """Return the plant of an axis; its reason says why it is not identified."""
     bands = bands_of(log, axis)
     fit = _fitted(bands, _filters(bands.frequency, sampling), sampling.period, axis)
     plant, quantile = _plant(fit.x), float(student.ppf(0.975, fit.degrees))
     half = quantile * np.sqrt(np.diag(fit.covariance))
+    # The instants of gyro and motors within a loop are not in the log.
+    half[2] = np.hypot(half[2], 0.5 * sampling.period)
     slope = np.zeros(len(fit.x))
     slope[:2] = 1.0, -1.0
     of_b0 = quantile * float(np.sqrt(slope @ fit.covariance @ slope))
@@ -151,7 +170,7 @@ def identify_axis(log: FlightLog, axis: str, sampling: Sampling) -> IdentifiedAx
         (plant.dead_time - float(half[2]), plant.dead_time + float(half[2])),
         _around(plant.b0, of_b0),
         _excited(bands),
-        _reason(axis, half),
+        _reason(axis, fit, quantile),
     )
 
 
@@ -199,7 +218,7 @@ class _Criterion:
         """Return the standard deviations of the parts of Z_b."""
         count = self.bands.sums(np.ones(len(self.bands.frequency)))
         level, power = (np.real(self.bands.sums(np.abs(each) ** 2)) for each in (noise, self.bands.r))
-        return np.sqrt(0.5 * HANN_BANDWIDTH * level / np.real(count) * power) + MIN_DEVIATION
+        return np.sqrt(0.5 * level / np.real(count) * power) + MIN_DEVIATION
 
     def errors(self, x: Array, scale: Array) -> Array:
         """Return the real and imaginary parts of Z_b over their deviations."""
@@ -270,10 +289,11 @@ def _around(value: float, half: float) -> tuple[float, float]:
     return value / factor, value * factor
 
 
-def _reason(axis: str, half: Array) -> str:
+def _reason(axis: str, fit: Fit, quantile: float) -> str:
     """Return the sentence on a number that is not identified, or ""."""
-    for width, (name, limit) in zip(half, MAX_HALF_WIDTH.items(), strict=False):
-        if not width <= limit:
+    for name, slope in SLOPES[axis].items():
+        width = quantile * float(np.sqrt(np.array(slope) @ fit.covariance @ np.array(slope)))
+        if not width <= MAX_HALF_WIDTH:
             shown = f"+-{100.0 * width:.0f} %" if width < 5.0 else "without bound"
             return f"{axis}: the {name} is not identified ({shown}); fly a chirp on this axis."
     return ""
