@@ -70,7 +70,7 @@ def fly_axis(
 def flight_log(outputs: Array, rates: Array, setpoints: Array, sampling: Sampling, every: int) -> FlightLog:
     """Return the log of outputs, rates and setpoints (n, 3), with every so many loops."""
     rows = slice(None, None, every)
-    time = np.arange(len(outputs))[rows] * sampling.period
+    time = np.asarray(np.arange(len(outputs))[rows] * sampling.period, dtype=np.float64)
     gravity = np.tile([0.0, 0.0, 9.81], (len(time), 1))
     command = HOVER + outputs @ MIX / 1000.0
     log = "simulated", "simulated", "0" * 64
