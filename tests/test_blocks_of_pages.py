@@ -58,6 +58,7 @@ SLOW = {
     "docs/how_to/add_a_law.md",
     "docs/how_to/add_a_metric.md",
     "docs/how_to/add_a_number.md",
+    "docs/how_to/betaflight_adrc.md",
     "docs/how_to/compare.md",
     "docs/how_to/confirm.md",
     "docs/how_to/infeasible.md",

@@ -32,6 +32,7 @@ from tuner.api.studies import Study as Study
 from tuner.api.studies import load_study as load_study
 from tuner.api.studies import make_study as make_study
 from tuner.extensions.autotune.api import autotune as autotune
+from tuner.extensions.betaflight_adrc.api import adrc as adrc
 from tuner.extensions.contests.results import ContestResults as ContestResults
 from tuner.extensions.first_flights.approach_api import approach as approach
 from tuner.extensions.first_flights.confirmation_api import confirm as confirm

@@ -25,7 +25,7 @@ GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
 BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
-        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
+        "adrc": "betaflight_adrc", "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
         "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost", "fit": "plant_fit",
         "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "studio": "studio",
         "tail": "tails", "tell": "trials", "theory": "theory",
@@ -37,13 +37,14 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
     "documents": {
-        "airframe-estimate": "parts_list", "approach": "first_flights", "autotune": "autotune", "confirmation": "first_flights",
+        "adrc": "betaflight_adrc", "airframe-estimate": "parts_list", "approach": "first_flights", "autotune": "autotune",
+        "confirmation": "first_flights",
         "contest": "contests", "contest-plan": "contests", "flight-plan": "flight_plans", "identification": "identification",
         "log-check": "identification", "log-comparison": "log_comparison", "plant-fit": "plant_fit",
         "read-back": "judge", "sensitivity": "sensitivity", "tail": "tails",
     },
     "targets": {
-        "ardupilot": "ardupilot", "betaflight": "betaflight", "betaflight-adrc": "betaflight", "crazyflie": "crazyflie",
+        "ardupilot": "ardupilot", "betaflight": "betaflight", "crazyflie": "crazyflie",
         "fmi": "fmi", "matlab": "matlab", "px4": "px4", "ros2": "ros2", "rotorpy": "rotorpy",
     },
     "backends": {"cuda": "cuda", "cuda-float32": "cuda"},

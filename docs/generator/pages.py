@@ -29,7 +29,7 @@ NAVIGATION = {
         "how_to/objectives", "units", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
         "how_to/start_from_a_run", "how_to/studio",
     ),
-    "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/confirm"),
+    "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
     "Plants": (
         "own_plant", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time", "examples/two_masses",
         "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",

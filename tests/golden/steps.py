@@ -69,6 +69,7 @@ STEPS = (
     step(
         "fit", "fit step.csv --input heater --output temperature --structure first-order,integrating --max-dead-time 2"
     ),
+    step("adrc", "adrc adrc.txt --gyro-rate 3205 --gain adrc_wo_yaw=80"),
     step("validate", "validate run/gains.json"),
     step("theory", "theory run/gains.json --study tuning.toml"),
     step("fly", "fly run/gains.json --study tuning.toml --seeds 8 --threads 2"),

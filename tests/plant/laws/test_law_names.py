@@ -33,6 +33,7 @@ def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_l
         "autotune",
         "bench",
         "betaflight",
+        "betaflight_adrc",
         # A certificate of the super-twisting algorithm is called after it, as the law is.
         "certificates",
         "crazyflie",

@@ -29,7 +29,7 @@ CONTROLLERS = {
     "crazyflie": controller("pid", "crazyflie", period=0.002, every=5),
 }
 # Resolution of a target in our gains: float32 is 6e-8; integers of a command line are coarse.
-RESOLUTION = {"betaflight": 0.2, "betaflight-adrc": 0.2}
+RESOLUTION = {"betaflight": 0.2}
 
 
 def request_of(entry, given, digest=DIGEST):

@@ -7,7 +7,7 @@ EXTENSION = Extension(
     name="betaflight",
     about="Betaflight: command lines both ways, its simulator as a judge.",
     requires=("autopilots",),
-    targets={"betaflight": f"{HOME}.export:TARGET", "betaflight-adrc": f"{HOME}.adrc:TARGET"},
+    targets={"betaflight": f"{HOME}.export:TARGET"},
     sources={"betaflight": f"{HOME}.source:SOURCE"},
     firmwares={"betaflight": f"{HOME}.bench:BETAFLIGHT"},
 )

@@ -199,7 +199,7 @@ def check_law(texts: Mapping[str, str], mixer: str | None, file: ReadableFile) -
     """Refuse ADRC, integrated yaw and other vehicles than quads; raises InputError naming the setting."""
     if texts.get("pid_type", "CLASSIC") != "CLASSIC":
         message = (
-            f"given {texts['pid_type']}; only pid_type = CLASSIC can be read as a PID: give the file of such a profile"
+            f"given {texts['pid_type']}; only pid_type = CLASSIC can be read as a PID; `tuner adrc FILE` takes ADRC"
         )
         raise InputError(message, file=file, key="pid_type")
     if texts.get("use_integrated_yaw", "OFF") != "OFF":

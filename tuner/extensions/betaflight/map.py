@@ -4,10 +4,10 @@ Rates are in deg/s and outputs in thousandths of the motor range: P and I of the
 the latter by 2.5 more for yaw (src/main/flight/pid.h, pid_init.c). Thrust does not follow the command, so a unit of output is
 worth the slope of the thrust curve at hover. Pitch is positive nose down and yaw clockwise; diagonal gains are the same.
 
-Settings of Betaflight 2025.12 that an export writes: units, ranges, defaults; and those of pull request 15400.
+Settings of Betaflight 2025.12 that an export writes: units, ranges, defaults.
 
-betaflight/betaflight, release 2025.12: src/main/cli/settings.c, src/main/flight/pid.h and pid.c (pgResetFn_pidProfiles); for ADRC
-the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a test checks each of them.
+betaflight/betaflight, release 2025.12: src/main/cli/settings.c, src/main/flight/pid.h and pid.c (pgResetFn_pidProfiles). The
+firmware enforces these ranges; a test checks each of them.
 """
 
 from collections.abc import Mapping
@@ -127,24 +127,6 @@ RELEASES = {
 }
 USUAL = RELEASES["2025.12"]
 """Release of a file that names none."""
-
-
-def _adrc(axis: str, wo: float) -> list[ParameterInfo]:
-    return [
-        ParameterInfo(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
-        ParameterInfo(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
-        ParameterInfo(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe"),
-    ]
-
-
-ADRC_TABLE = parameter_table(
-    *_adrc("roll", 100.0),
-    *_adrc("pitch", 100.0),
-    *_adrc("yaw", 80.0),
-    ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe"),
-    ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
-)
-ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}
 
 
 NAME = "Betaflight"

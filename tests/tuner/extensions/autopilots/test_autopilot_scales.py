@@ -14,7 +14,7 @@ from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import RotorMount, actuation
 from plant.quadrotor.nominal import shift_center_of_mass
 from plant.vectors import Rotors
-from tests.tuner.exchange.controllers import controller, pid
+from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import (
     ardupilot_mix,
     hover_thrust,
@@ -156,7 +156,6 @@ PUBLISHED = {
     "ardupilot": ("gainproof.param", ARDUPILOT_X),
     "px4": ("gainproof.params", ARDUPILOT_X),
     "betaflight": ("gainproof.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
-    "betaflight-adrc": ("gainproof.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
     "crazyflie": ("gainproof_params.yaml", {1: (45, False), 2: (135, True), 3: (225, False), 4: (315, True)}),
 }
 BEARINGS = {
@@ -190,11 +189,7 @@ FITTING = {
 
 def exported_text(target, airframe: Any = "iris"):
     entry = exporter(target)
-    critical: dict[str, Any] = {"roll__zeta": 1.0, "pitch__zeta": 1.0, "yaw__zeta": 1.0}
-    if target == "betaflight-adrc":
-        given = controller("pid", "ladrc", airframe, **critical)
-    else:
-        given = pid(airframe, **FITTING[target])
+    given = pid(airframe, **FITTING[target])
     settings = settings_of(entry, ("firmware=4.7",) if target == "ardupilot" else ())
     return entry.export(Request(given, "ab" * 32, settings)).files[PUBLISHED[target][0]].decode()
 

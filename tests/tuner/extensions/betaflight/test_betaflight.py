@@ -15,7 +15,6 @@ from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_g
 from tests.tuner.exchange.reading import read
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
-from tuner.extensions.betaflight import adrc as betaflight_adrc
 from tuner.extensions.betaflight import export as betaflight
 from tuner.extensions.betaflight.export import FILE, TARGET
 from tuner.extensions.betaflight.map import to_betaflight
@@ -28,10 +27,6 @@ YAW = {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0}
 
 def bundle(given, *settings, previous=None, exporter=TARGET):
     return exporter.export(Request(given, DIGEST, settings_of(exporter, settings), previous))
-
-
-def adrc(given, *settings, previous=None):
-    return bundle(given, *settings, previous=previous, exporter=betaflight_adrc.TARGET)
 
 
 def lines(content):
@@ -234,55 +229,6 @@ def test_an_integral_limit_is_said_as_the_firmware_has_it():
         assert word in sentence
 
 
-def ladrc(airframe="iris", **gains):
-    return controller("pid", "ladrc", airframe, **gains)
-
-
-def test_adrc_carries_bandwidths_and_b0():
-    """b0 by a step of 1 of output: torque over inertia, in deg/s2, reached with the motors' lag."""
-    given = ladrc(roll__omega_c=12.4, pitch__omega_o=33.6)
-    made = adrc(given)
-    values, vehicle = numbers(made.files[FILE]), given.airframe.vehicle
-    assert settings_in(made.files[FILE])["pid_type"] == "ADRC"
-    assert (values["adrc_wc_roll"], values["adrc_wo_pitch"], values["adrc_sigma_decay"]) == (12, 34, 0)
-    held = by_address(made.held)
-    assert (held["roll.omega_c"], held["pitch.omega_o"], held["yaw.zeta"]) == (12.0, 34.0, 1.0)
-    slope = actuation(vehicle).hover_slope
-    lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
-    arms = (0.22, 0.13, vehicle.torque_ratio)
-    for axis, arm, inertia in zip(("roll", "pitch", "yaw"), arms, vehicle.inertia, strict=True):
-        expected = 4.0 * arm * slope / 1000.0 / inertia * 180.0 / np.pi / lag
-        assert values[f"adrc_b0_{axis}"] == round(expected)
-    assert values["adrc_hover_throttle"] == round(100.0 * actuation(vehicle).hover_command)
-
-
-def test_adrc_says_that_it_is_experimental_and_what_differs():
-    made = adrc(ladrc())
-    assert "15400" in betaflight_adrc.TARGET.experimental and "EXPERIMENTAL" in made.files[FILE].decode()
-    text = "\n".join(made.differences)
-    for word in ("The loops differ", "z1 and z2", "b0", "level loop", "does not leak", "wo dt = 0.5", "18.8 ms"):
-        assert word in text
-
-
-@pytest.mark.parametrize(
-    ("gains", "words"),
-    [
-        ({"roll__zeta": 0.9}, "roll.zeta: given 0.9; .* a damping ratio of 1: fix attitude.zeta = 1"),
-        ({"yaw__omega_c": 4.0}, "adrc_wc_yaw: works out at 4 rad/s, allowed 5 to 300 rad/s: change yaw.omega_c"),
-        ({"yaw__omega_o": 3.0}, "adrc_wo_yaw: works out at 3"),
-    ],
-)
-def test_adrc_refuses_what_has_no_counterpart(gains, words):
-    with pytest.raises(InputError, match=words):
-        adrc(ladrc(**gains))
-
-
-def test_adrc_rollback_and_laws():
-    usual = settings_in(adrc(ladrc()).rollback[FILE])
-    assert (usual["pid_type"], usual["adrc_wc_roll"], usual["adrc_wo_yaw"]) == ("CLASSIC", "60", "80")
-    assert betaflight_adrc.TARGET.attitude_laws == ("ladrc",) and betaflight.TARGET.attitude_laws == (
-        "pid",
-        "betaflight",
-    )
-    assert betaflight.TARGET.position_laws == betaflight_adrc.TARGET.position_laws == ()
+def test_laws_that_the_target_carries():
+    assert betaflight.TARGET.attitude_laws == ("pid", "betaflight") and betaflight.TARGET.position_laws == ()
     assert bundle(controller("ladrc", "pid", "iris")).held.cascade.position.name == "ladrc"

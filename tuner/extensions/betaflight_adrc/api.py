@@ -1,0 +1,214 @@
+"""Margins and the axis that rings of a Betaflight profile with ADRC."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plant.errors import InputError
+from plant.input_files import InputFile, given_content
+from tuner.api.frames import Documented, frame
+from tuner.api.gains import read_gains
+from tuner.extensions.betaflight.presets import WHAT
+from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
+from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
+from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
+from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, worst_ring
+from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants, vehicle_plants
+from tuner.store.document import taken
+from tuner.store.folder import put
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MIN_MARGIN = 1.0
+"""Gain margin below which a loop rings."""
+MIN_QUIET_MARGIN = 1.5
+"""Gain margin below which a gust or a fresh pack may ring it."""
+
+
+@dataclass(frozen=True)
+class AdrcForecast(Documented):
+    """Forecast of a tune.
+
+    Attributes:
+        document: Output of `tuner adrc --json`.
+        profile: Profile as read, with its changes.
+        lines: Command lines of the tune, written by `out`.
+    """
+
+    document: AdrcDocument
+    profile: Profile
+    lines: str
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """A row for each axis and condition."""
+        return frame(self.document.rings, ["axis", "schedule", "throttle", "gate"])
+
+
+def adrc(
+    file: str | Path,
+    *,
+    plants: str | Path | None = None,
+    log: str | Path | None = None,
+    profile: int | None = None,
+    build: str = "",
+    gyro_rate: float = 0.0,
+    growth: float = DEFAULT_GROWTH,
+    gains: str | Path | None = None,
+    settings: Mapping[str, float | str] | None = None,
+    out: str | Path | None = None,
+) -> AdrcForecast:
+    """Forecast which axis of a Betaflight profile with ADRC rings, and where.
+
+    Args:
+        file: Output of `diff all` or `dump all` of the vehicle.
+        plants: Table (TOML) of the craft's own plants by axis; by default they are scaled by b0.
+        log: Flight log (.bbl or CSV) with setpoints, out of which the plants are identified.
+        profile: Number of the PID profile; by default the selected one.
+        build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
+        gyro_rate: Rate of the gyro [Hz]; by default 8000.
+        growth: Exponent of the acceleration gain over the collective.
+        gains: File gains.json of a study with the law `betaflight_adrc`, whose settings replace those of the file.
+        settings: Other values of settings, such as {"adrc_wo_yaw": 80}.
+        out: File of command lines to write; it must not be there yet.
+
+    Returns:
+        Margins by axis, throttle and schedule of b0, the axis that rings, and the changes that help.
+
+    Raises:
+        InputError: A file or a setting cannot be used.
+
+    Examples:
+        >>> tuner.adrc("diff_all.txt", settings={"adrc_wo_yaw": 80}).document.sentence  # doctest: +SKIP
+    """
+    if not 0.0 <= growth <= 2.0:
+        raise InputError(f"given {growth:g}; allowed 0 to 2", key="growth")
+    path = Path(file)
+    read = read_adrc(InputFile(path, given_content(path, f"give {WHAT}")), profile, build, gyro_rate)
+    edits = {name: value if isinstance(value, str) else f"{value:g}" for name, value in (settings or {}).items()}
+    if gains is not None:
+        searched = read_gains(gains)
+        of_law = settings_of_gains(searched.laws["attitude"], searched, read.tune)
+        edits = of_law | edits
+    # The plants belong to the craft, so they follow the b0 that it flies now.
+    table, flight = (None if each is None else Path(each) for each in (plants, log))
+    craft = vehicle_plants(read, table, flight)
+    read = changed(read, edits)
+    document = forecast_document(str(file), read, craft, growth)
+    lines = command_lines_of(read, edits, craft.origin(table, flight), document.sentence)
+    if out is not None:
+        write_lines(Path(out), read, lines)
+    return AdrcForecast(document, read, lines)
+
+
+def write_lines(path: Path, profile: Profile, lines: str) -> None:
+    """Write command lines into a new file; raises InputError for a build that is not known."""
+    if not profile.is_known:
+        raise InputError("the build is not recognized, so its settings are not known; name it by --build", key="--out")
+    if path.exists():
+        raise taken(path)
+    put(path.parent, path.name, lines.encode())
+
+
+def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth: float) -> AdrcDocument:
+    """Return the forecast of a profile.
+
+    Args:
+        file: Name of its file.
+        profile: Profile as read.
+        craft: Plants of the craft.
+        growth: Exponent of the acceleration gain over the collective.
+    """
+    tune, sampling, plants = profile.tune, profile.sampling, craft.plants
+    conditions = list(rings(tune, plants, sampling, growth))
+    worst = worst_ring(conditions, tune.schedule)
+    ground = worst_ring(conditions, tune.schedule, is_open=False)
+    options = changes(tune, plants[worst.axis], sampling, worst, growth)
+    return AdrcDocument(
+        format="gainproof-adrc",
+        version="0.1",
+        file=file,
+        profile=profile.number,
+        build=tune.build.name,
+        revision=profile.revision,
+        schedule=tune.schedule,
+        is_limit=craft.is_measured,
+        loop_rate=1.0 / sampling.period,
+        growth=growth,
+        plants=[_plant_row(axis, entry) for axis, entry in craft.axes.items()],
+        rings=[_ring_row(ring) for ring in conditions],
+        worst=conditions.index(worst),
+        changes=[_change_row(change) for change in options],
+        sentence=sentence(worst, ground, options, is_limit=craft.is_measured),
+        notes=[*profile.notes, *craft.notes],
+    )
+
+
+def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
+    plant, (low, high) = entry.plant, entry.b0 or (None, None)
+    return PlantRow(
+        axis=axis,
+        gain=plant.gain,
+        lag=plant.lag,
+        dead_time=plant.dead_time,
+        zero=plant.zero,
+        b0=plant.b0,
+        b0_low=low,
+        b0_high=high,
+        source=entry.source,
+    )
+
+
+def _ring_row(ring: Ring) -> RingRow:
+    gain, frequency, phase = (value if isfinite(value) else None for value in ring.margins[:3])
+    return RingRow(
+        axis=ring.axis,
+        schedule=ring.schedule,
+        throttle=ring.throttle,
+        gate="open" if ring.is_open else "shut",
+        gain_margin=gain,
+        ring=frequency,
+        phase_margin=phase,
+    )
+
+
+def _change_row(change: Change) -> ChangeRow:
+    return ChangeRow(
+        settings=dict(change.settings),
+        gain_margin=change.gain,
+        ring=change.ring,
+        stiffness=change.stiffness,
+        noise=change.noise,
+    )
+
+
+def sentence(worst: Ring, ground: Ring, options: list[Change], *, is_limit: bool) -> str:
+    """Return the answer: the axis that rings first, on the ground too, and the change that helps most."""
+    parts = [
+        f"{worst.axis.capitalize()} rings first, at {worst.margins.ring:.0f} Hz: gain margin {worst.margins.gain:.2f} "
+        f"at {100.0 * worst.throttle:.0f} % throttle."
+    ]
+    if is_limit:
+        parts.append(_verdict(worst.margins.gain))
+    else:
+        parts.append(
+            "The plants are scaled by b0, 20 to 35 % off for a craft: compare tunes by this number, it is no limit."
+        )
+    parts.append(f"On the ground: {ground.axis}, {ground.margins.ring:.0f} Hz, gain margin {ground.margins.gain:.2f}.")
+    if options:
+        best = options[0]
+        change = ", ".join(f"{name} = {value:.0f}" for name, value in best.settings.items())
+        parts.append(
+            f"Of single changes {change} helps most: gain margin {best.gain:.2f}, stiffness at 2 Hz x {best.stiffness:.2f}, "
+            f"noise x {best.noise:.2f}."
+        )
+    return " ".join(parts)
+
+
+def _verdict(gain: float) -> str:
+    if gain < MIN_MARGIN:
+        return "The loop rings in flight."
+    return "The margin is small." if gain < MIN_QUIET_MARGIN else "The loop is quiet."

@@ -1,0 +1,93 @@
+"""The document of `tuner adrc --json`: margins of a tune, the axis that rings, and changes."""
+
+from typing import Literal
+
+from tuner.store.document import Document, DocumentPart
+
+
+class PlantRow(DocumentPart):
+    """Plant of an axis.
+
+    Attributes:
+        gain: Acceleration per unit of output [deg/s2].
+        lag, dead_time, zero: Time constants [s].
+        b0: Gain from output to rate'' [deg/s3].
+        b0_low, b0_high: Its 95 % interval out of a log, otherwise null.
+        source: Origin: "given", "log", or "b0" for one scaled by b0.
+    """
+
+    axis: str
+    gain: float
+    lag: float
+    dead_time: float
+    zero: float
+    b0: float
+    b0_low: float | None
+    b0_high: float | None
+    source: str
+
+
+class RingRow(DocumentPart):
+    """Margins of an axis in one condition.
+
+    Attributes:
+        throttle: Collective, 0 to 1.
+        gate: "open" in flight, "shut" on the ground.
+        gain_margin: Factor to the gain that rings, null without any; below 1 the loop rings.
+        ring: Frequency there [Hz].
+        phase_margin: Phase margin [rad].
+    """
+
+    axis: str
+    schedule: str
+    throttle: float
+    gate: str
+    gain_margin: float | None
+    ring: float | None
+    phase_margin: float | None
+
+
+class ChangeRow(DocumentPart):
+    """A change that raises the smallest gain margin.
+
+    Attributes:
+        gain_margin: Gain margin of the axis after it.
+        ring: Frequency at which it then rings [Hz].
+        stiffness: Loop gain at 2 Hz over the present one.
+        noise: Output from white noise of the gyro over the present one.
+    """
+
+    settings: dict[str, float]
+    gain_margin: float
+    ring: float
+    stiffness: float
+    noise: float
+
+
+class AdrcDocument(Document):
+    """Forecast of a tune.
+
+    Attributes:
+        is_limit: Whether every plant is the craft's own, so that a margin of 1 is a limit; otherwise an order of tunes.
+        loop_rate: Rate of the loop [Hz].
+        growth: Exponent of the acceleration gain over the collective.
+        worst: Place in `rings` of the smallest margin in flight under the tune's own schedule.
+        sentence: The answer in words.
+    """
+
+    format: Literal["gainproof-adrc"]
+    version: Literal["0.1"]
+    file: str
+    profile: int
+    build: str
+    revision: str
+    schedule: str
+    is_limit: bool
+    loop_rate: float
+    growth: float
+    plants: list[PlantRow]
+    rings: list[RingRow]
+    worst: int
+    changes: list[ChangeRow]
+    sentence: str
+    notes: list[str]

@@ -1,0 +1,179 @@
+"""The axis that rings: margins of a tune by throttle and schedule of b0, and the change that helps most.
+
+The acceleration gain of the rotors grows with the collective t as (t/h)^growth. Two craft of 5 in measured 1.3 to 1.7 from hover
+to 40 to 60 %, and 0.56 at 10 to 15 %: a growth of about 0.5, where the schedule SQRT leaves the margin as it is at hover.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tuner.extensions.betaflight_adrc.equations import limited_scale, schedule_scale
+from tuner.extensions.betaflight_adrc.linear_loop import (
+    AxisPlant,
+    Margins,
+    Sampling,
+    controller_response,
+    filter_response,
+    loop_response,
+    margins,
+    scaled,
+)
+from tuner.extensions.betaflight_adrc.settings import SCHEDULES, SETTINGS, Tune
+
+REFERENCE = {
+    "roll": (6560.0, AxisPlant.identified(135.2, 0.0211, 0.0022, 250e-6)),
+    "pitch": (3936.0, AxisPlant.identified(92.9, 0.0214, 0.0023, 250e-6)),
+    "yaw": (2624.0, AxisPlant.identified(13.2, 0.0256, 0.0026, 250e-6, 0.130)),
+}
+"""Axis -> b0 and plant of the 2.5 in craft TH3+, by chirp; published with its flights (danusha2345/ADRC-betaflight)."""
+IDLE, HIGH_THROTTLES = 0.15, (0.5, 0.8)
+DEFAULT_GROWTH = 0.5
+SLOW_FREQUENCY = 2.0
+"""Frequency of disturbances that the loop is to reject [Hz]."""
+SHARES = {"wo": 0.8, "wc": 0.8, "b0": 1.25}
+"""Proposed value over the present one, by setting."""
+CUTOFF_FACTOR = 1.5
+
+
+class Ring(NamedTuple):
+    """Margins of an axis in one condition.
+
+    Attributes:
+        axis: Name of the axis.
+        throttle: Collective, 0 to 1.
+        schedule: Schedule of b0.
+        is_open: Whether the gate is open.
+        margins: Margins of the loop.
+    """
+
+    axis: str
+    throttle: float
+    schedule: str
+    is_open: bool
+    margins: Margins
+
+
+class Change(NamedTuple):
+    """A change of settings, with its effects as factors.
+
+    Attributes:
+        settings: Setting -> its new value.
+        gain: Gain margin of the axis after the change.
+        ring: Frequency at which it then rings [Hz].
+        stiffness: Loop gain at a slow disturbance, over the present one.
+        noise: Output from white noise of the gyro, over the present one.
+    """
+
+    settings: Mapping[str, float]
+    gain: float
+    ring: float
+    stiffness: float
+    noise: float
+
+
+def plants_of_b0(tune: Tune) -> dict[str, AxisPlant]:
+    """Return the plants of the reference craft, scaled by the tune's b0."""
+    return {axis: scaled(plant, tune.of("b0", axis) / b0) for axis, (b0, plant) in REFERENCE.items()}
+
+
+def throttles(tune: Tune) -> tuple[float, ...]:
+    """Return the collectives of a forecast, from idle on."""
+    return tuple(sorted({IDLE, 0.01 * tune.numbers["adrc_hover_throttle"], *HIGH_THROTTLES}))
+
+
+def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -> float:
+    """Return the scale of b0 at a steady collective."""
+    constants = tune.gate(1e-3)
+    raw = schedule_scale(SCHEDULES[schedule], throttle / constants.hover)
+    return limited_scale(raw, 1.0 if is_open else 0.0, constants)
+
+
+def authority_at(tune: Tune, throttle: float, growth: float) -> float:
+    """Return the acceleration gain of the rotors over that at hover."""
+    return (throttle / (0.01 * tune.numbers["adrc_hover_throttle"])) ** growth
+
+
+def rings(
+    tune: Tune,
+    plants: Mapping[str, AxisPlant],
+    sampling: Sampling,
+    growth: float = DEFAULT_GROWTH,
+    schedules: Sequence[str] = tuple(SCHEDULES),
+) -> Iterator[Ring]:
+    """Yield the margins of each axis in flight and on the ground.
+
+    Args:
+        tune: Settings.
+        plants: Plant of each axis at hover.
+        sampling: Rates and filters.
+        growth: Exponent of the acceleration gain over the collective.
+        schedules: Names of the schedules of b0.
+    """
+    flights = [(schedule, throttle, True) for schedule in schedules for throttle in throttles(tune)]
+    for axis in plants:
+        for schedule, throttle, is_open in (*flights, (tune.schedule, IDLE, False)):
+            scale = scale_at(tune, schedule, throttle, is_open)
+            # On the ground airmode raises the applied collective to that of hover and beyond.
+            plant = scaled(plants[axis], authority_at(tune, throttle, growth) if is_open else 1.0)
+            yield Ring(axis, throttle, schedule, is_open, margins(tune, axis, plant, sampling, scale, is_open))
+
+
+def worst_ring(conditions: Sequence[Ring], schedule: str, is_open: bool = True) -> Ring:
+    """Return the condition with the smallest gain margin."""
+    return min((ring for ring in conditions if ring.schedule == schedule and ring.is_open == is_open), key=_gain)
+
+
+def _gain(ring: Ring) -> float:
+    return np.nan_to_num(ring.margins.gain, nan=np.inf)
+
+
+def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: Ring, growth: float) -> list[Change]:
+    """Return the changes that raise a gain margin, the best one first.
+
+    Args:
+        tune: Settings.
+        plant: Plant of the axis at hover.
+        sampling: Rates and filters.
+        ring: Condition to improve, in flight.
+        growth: Exponent of the acceleration gain over the collective.
+    """
+    plant = scaled(plant, authority_at(tune, ring.throttle, growth))
+    results = []
+    for settings in _proposals(tune, ring.axis, plant):
+        changed = tune.with_numbers(settings)
+        scale = scale_at(changed, ring.schedule, ring.throttle)
+        margin = margins(changed, ring.axis, plant, sampling, scale)
+        stiffness = _stiffness(changed, ring, plant, sampling) / _stiffness(tune, ring, plant, sampling)
+        noise = _noise(changed, ring, sampling) / _noise(tune, ring, sampling)
+        results.append(Change(settings, margin.gain, margin.ring, stiffness, noise))
+    helpful = [change for change in results if change.gain > ring.margins.gain]
+    return sorted(helpful, key=lambda change: -change.gain)
+
+
+def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, float]]:
+    """Yield settings to try, within their ranges."""
+    values = {f"adrc_{name}_{axis}": share * tune.of(name, axis) for name, share in SHARES.items()}
+    if cutoff := tune.numbers["adrc_gyro_lpf_hz"]:
+        values["adrc_gyro_lpf_hz"] = CUTOFF_FACTOR * cutoff
+    if axis != "yaw" and tune.build.has("adrc_motor_tau_ms"):
+        values["adrc_motor_tau_ms"] = 1e3 * plant.lag
+    for name, value in values.items():
+        setting = SETTINGS[name]
+        yield {name: float(round(min(max(value, setting.low), setting.high)))}
+
+
+def _stiffness(tune: Tune, ring: Ring, plant: AxisPlant, sampling: Sampling) -> float:
+    scale = scale_at(tune, ring.schedule, ring.throttle)
+    return float(abs(loop_response(tune, ring.axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)[0]))
+
+
+def _noise(tune: Tune, ring: Ring, sampling: Sampling) -> float:
+    """Return the output from white noise of the gyro [1 per deg/s]."""
+    constants = tune.axis(ring.axis, sampling.period)
+    frequency = np.linspace(0.0, 0.5 / sampling.period, 2001)[1:-1]
+    z = np.exp(2j * np.pi * frequency * sampling.period)
+    scale = scale_at(tune, ring.schedule, ring.throttle)
+    response = controller_response(constants, scale, True, z, sampling.period)
+    return float(np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2)))

@@ -1,0 +1,106 @@
+"""The plants of a craft: from its log, from a table, or scaled by the b0 of its profile."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant.errors import InputError
+from tuner.extensions.betaflight_adrc.identifying import IdentifiedAxis, identify_axes
+from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, margins, scaled
+from tuner.extensions.betaflight_adrc.reading import Profile, read_plants
+from tuner.extensions.betaflight_adrc.ringing import plants_of_b0
+
+GIVEN, BY_LOG, BY_B0 = "given", "log", "b0"
+
+
+@dataclass(frozen=True)
+class VehicleAxis:
+    """The plant of an axis, and its origin.
+
+    Attributes:
+        plant: Plant at hover.
+        source: "given", "log" or "b0".
+        b0: 95 % interval of its b0 [deg/s3], None without any.
+    """
+
+    plant: AxisPlant
+    source: str
+    b0: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class VehiclePlants:
+    """The plants of a craft.
+
+    Attributes:
+        axes: Plant of each axis.
+        notes: Sentences on axes that a log does not identify.
+    """
+
+    axes: dict[str, VehicleAxis]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def plants(self) -> dict[str, AxisPlant]:
+        """Plant of each axis at hover."""
+        return {axis: entry.plant for axis, entry in self.axes.items()}
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether every plant is the craft's own."""
+        return all(entry.source != BY_B0 for entry in self.axes.values())
+
+    def origin(self, plants: Path | None, log: Path | None) -> str:
+        """Return the text that names the origin of the plants."""
+        if log is not None:
+            ends = [(axis, entry.b0) for axis, entry in self.axes.items() if entry.b0 is not None]
+            shown = ", ".join(f"b0 of {axis} {low:.0f} to {high:.0f}" for axis, (low, high) in ends)
+            return f"log {log.name}: {shown or 'no axis identified'}"
+        return "plants scaled by b0" if plants is None else f"plants of {plants.name}"
+
+
+def vehicle_plants(profile: Profile, plants: Path | None, log: Path | None) -> VehiclePlants:
+    """Return the plants of a craft; axes that neither file shows are scaled by b0.
+
+    Args:
+        profile: Profile as the craft flies it.
+        plants: Table of plants.
+        log: Flight log.
+    """
+    if plants is not None and log is not None:
+        raise InputError("cannot be combined with --plant", key="--log")
+    axes = {axis: VehicleAxis(plant, BY_B0) for axis, plant in profile.plants(plants_of_b0(profile.tune)).items()}
+    if plants is not None:
+        given = read_plants(plants, profile.sampling)
+        return VehiclePlants(axes | {axis: VehicleAxis(plant, GIVEN) for axis, plant in given.items()})
+    if log is None:
+        return VehiclePlants(axes)
+    identified = identify_axes(log, profile.sampling)
+    refused = {axis: text for axis, entry in identified.items() if (text := _refusal(profile, axis, entry))}
+    shown = {axis: _of_log(profile, entry) for axis, entry in identified.items() if axis not in refused}
+    return VehiclePlants(axes | shown, tuple(_with_remedy(refused)))
+
+
+def _of_log(profile: Profile, entry: IdentifiedAxis) -> VehicleAxis:
+    """Return a plant for outputs of the PID sum: motors idle above 0, and thrust_linear multiplies."""
+    factor = profile.linear * (1.0 - profile.idle)
+    low, high = entry.b0
+    return VehicleAxis(scaled(entry.plant, factor), BY_LOG, (factor * low, factor * high))
+
+
+def _refusal(profile: Profile, axis: str, entry: IdentifiedAxis) -> str:
+    """Return the sentence on an axis without a plant, or ""."""
+    if entry.reason:
+        return entry.reason
+    plant = _of_log(profile, entry).plant
+    crossover = margins(profile.tune, axis, plant, profile.sampling).crossover
+    if entry.excited < crossover:
+        return (
+            f"{axis}: the log moves the output up to {entry.excited:.0f} Hz, below the crossover of {crossover:.0f} Hz."
+        )
+    return ""
+
+
+def _with_remedy(refused: dict[str, str]) -> Iterator[str]:
+    for text in refused.values():
+        yield f"{text} Its plant is scaled by b0."
