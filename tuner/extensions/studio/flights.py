@@ -83,9 +83,9 @@ class Flights:
     def __init__(self, study: TuningStudy, threads: int | None = None) -> None:
         self.study = study
         self.problem: Problem = problem_of(study, threads, KeptFlights())
-        self._inputs: dict[tuple[int, int], FlightInputs] = {}
+        self._inputs = Recent[tuple[int, int], FlightInputs]()
         self._fans = Recent[tuple[bytes, int, int], list[Fan]]()
-        self._costs: dict[int, Array] = {}
+        self._costs = Recent[int, Array]()
 
     def batches(self, flights: int) -> tuple[FlightBatch, ...]:
         """Return the first flights of each scenario."""
@@ -124,16 +124,12 @@ class Flights:
         return responses_of(self.problem.system, self.problem.flyer, row, self._drawn(scenario, count))
 
     def _drawn(self, scenario: int, count: int) -> FlightInputs:
-        if (scenario, count) not in self._inputs:
-            spec = self.study.scenarios[scenario].spec
-            self._inputs[scenario, count] = self.problem.system.sample(spec, self.study.seed, HELD_OUT, range(count))
-        return self._inputs[scenario, count]
+        spec, draw = self.study.scenarios[scenario].spec, self.problem.system.sample
+        return self._inputs.get_or_make((scenario, count), lambda: draw(spec, self.study.seed, HELD_OUT, range(count)))
 
     def costs(self, flights: int) -> Array:
         """Return the costs (quantities,) of a flight lost at once."""
-        if flights not in self._costs:
-            self._costs[flights] = loss_costs(self.problem, self.batches(flights))
-        return self._costs[flights]
+        return self._costs.get_or_make(flights, lambda: loss_costs(self.problem, self.batches(flights)))
 
 
 def search_values(problem: Problem, rows: Array) -> Array:

@@ -7,10 +7,11 @@ import numpy as np
 
 from objectives.margins.describing import Case
 from objectives.margins.loop_margins import LoopMargins
+from objectives.margins.plant_margins import PlantMargins
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from tuner.analysis.margins.document import margins_document, plant_margins_document
-from tuner.analysis.margins.readings import plant_subject, subject_of
+from tuner.analysis.margins.readings import PlantSubject, subject_of
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning_tables import Loop
 from tuner.extensions.studio.flights import Recent
@@ -101,4 +102,7 @@ class LoopCurves:
         study = self._session.study
         if self._session.has_rotors:
             return margins_document(subject_of(cast("Study", study).controller(row), Trim()), [])
-        return plant_margins_document(plant_subject(cast("PlantStudy", study).system, row), [])
+        # One model for all settings: a new one for each stays in caches of rebound functions, 40 KB a move.
+        model = cast("PlantMargins", self.model)
+        subject = PlantSubject(row, model, model.evaluate(row[None]), cast("PlantStudy", study).system)
+        return plant_margins_document(subject, [])
