@@ -4,11 +4,11 @@ import atexit
 import socket
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from plant.errors import InputError
 from tuner.api.gains import Gains
-from tuner.api.results import Results
+from tuner.api.results import AnyResults, Results
 from tuner.api.studies import StudyLike
 from tuner.extensions.studio.command import check_places, require_server
 from tuner.text.markup import element, join
@@ -71,7 +71,7 @@ class RunningStudio:
 
 
 def studio(
-    given: StudyLike | Results[Any] | Gains | None = None,
+    given: StudyLike | AnyResults | Gains | None = None,
     *,
     study: StudyLike | None = None,
     out: str | Path = ".",
@@ -113,7 +113,7 @@ def studio(
     return RunningStudio(page, listening)
 
 
-def _session(given: StudyLike | Results[Any] | Gains | None, study: StudyLike | None) -> "Session":
+def _session(given: StudyLike | AnyResults | Gains | None, study: StudyLike | None) -> "Session":
     """Return the session of objects in memory, or of paths."""
     from tuner.extensions.studio.session import open_session, session_of_gains, session_of_study
 

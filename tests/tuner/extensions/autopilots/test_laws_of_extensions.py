@@ -11,18 +11,19 @@ from plant.backends.rebind import Rebinder
 from plant.law_registry import LAWS, MODULES
 from tests.plant.loops import loop
 from tuner.extensions.autopilots import law_parts
+from tuner.extensions.betaflight_adrc import equations
 from tuner.extensions.textbook_laws import delay_line, pid_parts
 
 OF_EXTENSIONS = {
     module.LAW.name: Path(str(module.__file__)) for module in MODULES if module.__name__.startswith("tuner.")
 }
-SHARED = {Path(str(part.__file__)) for part in (law_parts, pid_parts, delay_line)}
+SHARED = {Path(str(part.__file__)) for part in (law_parts, equations, pid_parts, delay_line)}
 NAMES_OF_OUTPUT = {"p", "i", "d", "ff"}
 
 
 def test_they_are_bundled_laws_and_packages_do_not_add_them_again():
     LAWS.ask_packages()
-    assert len(OF_EXTENSIONS) == 13 and all(LAWS[name].origin is None for name in OF_EXTENSIONS)
+    assert len(OF_EXTENSIONS) == 14 and all(LAWS[name].origin is None for name in OF_EXTENSIONS)
 
 
 @pytest.mark.parametrize("name", LAWS)
