@@ -18,7 +18,11 @@ function ruleSlider(id, label, low, high, at, unit, step, moved) {
 
 function startDesign() {
   const { design } = studio.study;
-  if (!design) return;
+  if (!design) {
+    byId("design").replaceChildren(make("p", { class: "aid" },
+      "No sliders for speed and robustness: no rule of `tuner design` has a closed-loop time for these laws. Move the gains."));
+    return;
+  }
   const note = make("p", { class: "aid", role: "status" });
   const state = { busy: false, again: false };
   const move = async () => {
