@@ -51,7 +51,9 @@ def conclude(
     tried = archive(generations)
     survivors, candidates, warnings = selected(problem, study, generations, tried, watcher)
     watcher.on_stage(CHECKING, (len(candidates) + 3) * sum(batch.count for batch in batches(study, HELD_OUT)))
-    survivors, candidates, validated, tails = validate(problem, study, generations, survivors, candidates, watcher)
+    survivors, candidates, validated, tails = validate(
+        problem, study, generations, tried, survivors, candidates, watcher
+    )
     gains = finalist_gains(problem, study, tried, candidates)
     costs = loss_costs(problem, batches(study, CONFIRMATION)) if isinstance(problem, Problem) else None
     table = compare(problem, validated.confirmation, study.seed, study.table.relevant, costs)
@@ -97,6 +99,7 @@ def validate(
     problem: Evaluator,
     study: SearchedStudy,
     generations: list[Generation],
+    tried: Archive,
     survivors: Survivors,
     candidates: np.ndarray,
     watcher: Watcher,
@@ -109,7 +112,7 @@ def validate(
     is_worst = is_among_worst(generations[0].evaluation)
     rounds = 0
     while True:
-        gains = finalist_gains(problem, study, archive(generations), candidates)
+        gains = finalist_gains(problem, study, tried, candidates)
         names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
         tails = finalist_limits(problem, study, gains, watcher)
         estimates = survivors.seen([0, *candidates.tolist()])
@@ -124,7 +127,7 @@ def validate(
         )
         if grown.search.first is not None:
             both = np.union1d(survivors.candidates, further)
-            survivors = flown_through(problem, grown, generations, both, watcher.on_flights_done)
+            survivors = flown_through(problem, grown, seen, tried.points, both, watcher.on_flights_done)
         candidates = np.concatenate([candidates, further])
         places = np.searchsorted(survivors.candidates, candidates)
         candidates = candidates[increasing_order(survivors.evaluation.values[places, 0])]

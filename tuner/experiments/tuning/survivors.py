@@ -67,23 +67,27 @@ def survivors_of(
     feasible = surviving(problem, seen, study.seed)
     around = beside_limits(seen, problem.constraints, feasible, study.seed, MAX_EXTRA_SURVIVORS, back_off)
     hopeful = np.concatenate([feasible, around])
-    hopeful = hopeful if len(hopeful) else [nothing_feasible(archive(generations), study.requirements)[0]]
+    tried = archive(generations)
+    hopeful = hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]]
     candidates = np.union1d([0], hopeful)
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in remaining_batches(study)))
-    return flown_through(problem, study, generations, candidates, watcher.on_flights_done)
+    return flown_through(problem, study, seen, tried.points, candidates, watcher.on_flights_done)
 
 
 def flown_through(
     problem: Evaluator,
     study: SearchedStudy,
-    generations: list[Generation],
+    seen: Evaluation,
+    points: np.ndarray,
     candidates: np.ndarray,
     on_flights_done: Callable[[int], None],
 ) -> Survivors:
-    """Fly candidates, increasing archive indices (k,), through the rest of their flights."""
-    seen = concatenate_evaluations([entry.evaluation for entry in generations])
-    tried, flown = archive(generations), remaining_batches(study)
-    rest = problem.evaluate(tried.points[candidates], flown, on_flights_done, fly_all=candidates == 0)
+    """Fly candidates, increasing archive indices (k,), through the rest of their flights.
+
+    seen: all candidates on the first flights; points (n, d): theirs.
+    """
+    flown = remaining_batches(study)
+    rest = problem.evaluate(points[candidates], flown, on_flights_done, fly_all=candidates == 0)
     if problem.memory:
         problem.memory.commit("survivors")
     return Survivors(candidates, joined(problem, picked(seen, candidates), rest), rest.flights)

@@ -35,7 +35,7 @@ def test_whoever_keeps_the_limit_by_what_finalists_showed_and_is_better_flies_to
     # Held-out flights are harsher by 1: candidates from 40 on keep the limit, and of the finalists 55 alone does.
     rows = chosen([28, 30, 32, 55], tuned=4, harshness=1.0)
     assert 0 < len(rows) <= N_FURTHER_FINALISTS and rows.min() == 40 and rows.max() < 55
-    # The second round comes closer, and ends where nobody better is left by more than a relevant difference.
+    # The second round comes closer. Rounds end if no candidate is better by more than a relevant difference.
     assert not len(chosen([28, 30, 32, 40, 55], tuned=4, harshness=1.0))
     assert len(chosen([28, 30, 32, 44, 55], tuned=4, harshness=1.0))
     assert not len(chosen([28, 30, 32, 44, 55], tuned=4, harshness=1.0, relevant=0.1))
