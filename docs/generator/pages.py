@@ -32,7 +32,8 @@ NAVIGATION = {
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
     "Plants": (
         "own_plant", "cookbook", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time",
-        "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",
+        "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium",
+        "examples/rotorpy",
     ),
     "Theory": ("laws", "model", "statistics", "evidence", "paper"),
     "Extend": (
