@@ -47,6 +47,7 @@ GIVEN = {
 SLOW = {
     "README.md",
     "docs/ask_and_tell.md",
+    "docs/cookbook.md",
     "docs/examples/dc_motor.md",
     "docs/examples/dead_time.md",
     "docs/examples/fixed_wing.md",

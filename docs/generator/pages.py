@@ -31,10 +31,11 @@ NAVIGATION = {
     ),
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
     "Plants": (
-        "own_plant", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time", "examples/two_masses",
-        "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",
+        "own_plant", "cookbook", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time",
+        "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium",
+        "examples/rotorpy",
     ),
-    "Theory": ("laws", "model", "statistics", "paper"),
+    "Theory": ("laws", "model", "statistics", "evidence", "paper"),
     "Extend": (
         "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
         "how_to/add_an_extension", "architecture", "contributing",
