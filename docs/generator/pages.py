@@ -34,7 +34,7 @@ NAVIGATION = {
         "own_plant", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time", "examples/two_masses",
         "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",
     ),
-    "Theory": ("laws", "model", "statistics", "paper"),
+    "Theory": ("laws", "model", "statistics", "paper", "evidence_vehicles"),
     "Extend": (
         "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
         "how_to/add_an_extension", "architecture", "contributing",
