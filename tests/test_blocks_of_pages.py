@@ -200,9 +200,7 @@ def test_the_airframe_of_the_tutorial_is_one(tmp_path):
     assert all(number.source for number in airframe.sources.values())
 
 
-@pytest.mark.parametrize(
-    ("page", "name"), [("add_a_law", "pid_plain.py"), ("add_a_metric", "mae.py"), ("add_a_metric", "sway.py")]
-)
+@pytest.mark.parametrize(("page", "name"), [("add_a_law", "pid_plain.py"), ("add_a_metric", "mae.py")])
 def test_user_code_of_a_page_is_that_of_the_shipped_study(page, name):
     """It is run by tests/tuner/experiments/again/test_own_code_run.py."""
     assert file_of(f"docs/how_to/{page}.md", name) == (ROOT / "studies/own_law" / name).read_text(encoding="utf-8")
