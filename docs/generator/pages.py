@@ -20,14 +20,17 @@ OUTSIDE = {
 }
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
-    "Begin": ("installation", "tutorial", "tune_in_a_notebook", "reading_the_report", "how_to/troubleshooting"),
+    "Begin": (
+        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "questions",
+        "how_to/troubleshooting",
+    ),
     "Your vehicle": (
         "how_to/plan_a_flight", "identify", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
         "how_to/noise_and_battery", "airframes",
     ),
     "Limits and objectives": (
-        "how_to/objectives", "units", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
-        "how_to/start_from_a_run", "how_to/studio",
+        "how_to/objectives", "units", "how_to/limits", "how_to/study_size", "how_to/which_point", "how_to/infeasible",
+        "how_to/unstable_loop", "how_to/compare", "tails", "how_to/start_from_a_run", "how_to/studio",
     ),
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
     "Plants": (
