@@ -204,7 +204,9 @@ def compare(
                 "lost": [[count.events for count in scores.lost] for scores in paired],
                 "sentence": document.sentence,
                 "differences": {
-                    row.label: [list(each.difference) if each.difference else None for each in (row, by_label[row.label])]
+                    row.label: [
+                        list(each.difference) if each.difference else None for each in (row, by_label[row.label])
+                    ]
                     for row in document.metrics
                     if row.label in by_label
                 },
