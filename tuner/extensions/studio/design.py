@@ -4,15 +4,16 @@ Speed is the closed-loop time of the rule: SIMC's for PID, Herbst's settling tim
 makes a loop oscillate at a given speed: the integral action of PID, the observer of ADRC.
 """
 
+from collections.abc import Mapping, Sequence
 from math import log10
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from plant.errors import InputError
 from tuner.api.designing import Proposal
 from tuner.extension import added, load
-from tuner.extensions.studio.messages import values_of
+from tuner.extensions.studio.messages import PageRequest, values_of
 from tuner.extensions.studio.session import Session
 from tuner.study.plant_study import PlantStudy
 
@@ -20,10 +21,39 @@ METHODS = ("simc", "herbst")
 """Rules with a closed-loop time, in the order in which they are tried."""
 SLOWING_POWERS = {"t_i": 1.0, "ki": -1.0, "omega_o": -1.0}
 """Name of a gain -> power of the robustness that multiplies it."""
-ROBUSTNESS = (0.5, 4.0)
-"""Range of the robustness; 1 is the rule's own."""
 PERIODS = 4.0
 """Shortest closed-loop time in control periods."""
+
+
+class Slider(NamedTuple):
+    """A slider of the page.
+
+    Attributes:
+        key: Name in messages.
+        label: Name on the page.
+        low: Lower end.
+        high: Upper end.
+        at: Value at the beginning.
+        unit: Unit of the value, "" for none.
+    """
+
+    key: str
+    label: str
+    low: float
+    high: float
+    at: float
+    unit: str = ""
+
+    def read(self, content: Any, key: str) -> float:
+        """Return its value in a message's table; InputError outside the slider."""
+        value = values_of(content).get(self.key, 0.0)
+        if not self.low * (1.0 - 1e-9) <= value <= self.high * (1.0 + 1e-9):
+            raise InputError(f"given {value:g}; allowed: {self.low:g} to {self.high:g}", key=f"{key}.{self.key}")
+        return value
+
+
+ROBUSTNESS = Slider("robustness", "Robustness", 0.5, 4.0, 1.0)
+"""Factor by which parts of a loop are slower; 1 is the rule's own."""
 
 
 class Rules:
@@ -39,39 +69,26 @@ class Rules:
 
     @property
     def offers(self) -> dict[str, Any] | None:
-        """Method and ranges of the sliders; None without a rule."""
+        """Description of the sliders; None without a rule."""
         method = self._first_method()
-        if not method:
-            return None
-        low, high = self._times()
-        return {"method": method, "low": low, "high": high, "robustness": list(ROBUSTNESS)}
+        return offer(method, [self._time(), ROBUSTNESS]) if method else None
 
-    def designed(self, _: Any, message: dict[str, Any]) -> dict[str, Any]:
-        """Return the gains of the rule at a speed and a robustness."""
-        numbers = values_of({name: message.get(name, 0.0) for name in ("time", "robustness")})
-        values, notes = self.values(**numbers)
-        return {"values": values, "text": " ".join(notes)}
+    def designed(self, _: PageRequest, message: dict[str, Any]) -> dict[str, Any]:
+        """Return the gains of the rule at a closed-loop time and a robustness.
 
-    def values(self, time: float, robustness: float) -> tuple[dict[str, float], list[str]]:
-        """Return values by variable, and notes on ends of ranges.
-
-        time: closed-loop time [s]. Raises InputError for numbers outside the sliders, or where no rule designs a channel.
+        Raises InputError for numbers outside the sliders, or where no rule designs a channel.
         """
-        method, (low, high) = self._first_method(), self._times()
-        if not method:
+        if not self._first_method():
             raise InputError("no rule of `tuner design` takes a channel of this study; move the gains instead")
-        for name, value, ends in (("time", time, (low, high)), ("robustness", robustness, ROBUSTNESS)):
-            if not ends[0] * (1.0 - 1e-9) <= value <= ends[1] * (1.0 + 1e-9):
-                raise InputError(f"given {value:g}; allowed: {ends[0]:g} to {ends[1]:g}", key=name)
-        proposal = self._proposal(method, time)
-        row = slowed(
-            self._study, proposal.row, robustness, {n for n, each in proposal.channels.items() if each.designed}
-        )
-        return self._within(row)
+        time, robustness = (slider.read(message.get("at", {}), "at") for slider in (self._time(), ROBUSTNESS))
+        proposal = self._proposal(self._first_method(), time)
+        channels = {name for name, each in proposal.channels.items() if each.designed}
+        row = slowed(self._study, proposal.row, robustness, channels)
+        values, notes = within(self._session, self._session.values(row))
+        return {"values": values, "text": " ".join(notes)}
 
     @property
     def _study(self) -> PlantStudy:
-        # `_first_method` finds none for a quadrotor.
         return cast("PlantStudy", self._session.study)
 
     def _first_method(self) -> str:
@@ -81,11 +98,10 @@ class Rules:
         return self._method
 
     def _designs(self, method: str) -> bool:
-        if self._session.has_rotors or method not in added("designs"):
+        if method not in added("designs"):
             return False
-        low, high = self._times()
         try:
-            proposal = self._proposal(method, (low * high) ** 0.5)
+            proposal = self._proposal(method, self._time().at)
         except InputError:
             return False
         return any(each.designed for each in proposal.channels.values())
@@ -93,21 +109,29 @@ class Rules:
     def _proposal(self, method: str, time: float) -> Proposal:
         return load(added("designs")[method])(self._study, time)
 
-    def _times(self) -> tuple[float, float]:
+    def _time(self) -> Slider:
         study = self._session.study
-        longest = max(entry.spec.duration for entry in study.scenarios)
-        return rounded(PERIODS * study.system.timing.control_period), rounded(longest)
+        low = rounded(PERIODS * study.system.timing.control_period)
+        high = rounded(max(entry.spec.duration for entry in study.scenarios))
+        return Slider("time", "Closed-loop time", low, high, (low * high) ** 0.5, "s")
 
-    def _within(self, row: np.ndarray) -> tuple[dict[str, float], list[str]]:
-        """Return values within their ranges, and notes on moved ones."""
-        values, notes = self._session.values(row), list[str]()
-        for variable in self._study.space.variables:
-            value = values[variable.name]
-            held = min(max(value, variable.low), variable.high)
-            if held != value:
-                notes.append(f"{variable.name}: the rule gives {value:.4g}, the range ends at {held:g}.")
-            values[variable.name] = held
-        return values, notes
+
+def offer(method: str, sliders: Sequence[Slider], note: str = "") -> dict[str, Any]:
+    """Return what the page has to know of sliders; note: shown below them."""
+    return {"method": method, "sliders": [slider._asdict() for slider in sliders], "note": note}
+
+
+def within(session: Session, values: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
+    """Return values within their ranges, and notes on those that end there."""
+    held, notes = dict[str, float](), list[str]()
+    for variable in [each for each in session.study.space.variables if each.name in values]:
+        name, value = variable.name, values[variable.name]
+        inside = min(max(value, variable.low), variable.high)
+        held[name] = float(variable.value(np.array(variable.unit(inside)))) if variable.step else inside
+        # Within rounding an end of the range is not beyond it.
+        if abs(inside - value) > 1e-9 * (variable.high - variable.low):
+            notes.append(f"{name}: the rule gives {value:.4g}, the range ends at {inside:g}.")
+    return held, notes
 
 
 def slowed(study: PlantStudy, row: np.ndarray, robustness: float, channels: set[str]) -> np.ndarray:
