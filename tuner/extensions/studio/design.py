@@ -5,6 +5,7 @@ makes a loop oscillate at a given speed: the integral action of PID, the observe
 """
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from math import log10
 from typing import Any, NamedTuple, cast
 
@@ -19,23 +20,14 @@ from tuner.study.plant_study import PlantStudy
 
 METHODS = ("simc", "herbst")
 """Rules with a closed-loop time, in the order in which they are tried."""
-SLOWING_POWERS = {"t_i": 1.0, "ki": -1.0, "omega_o": -1.0}
+SLOWING_POWERS = {"t_i": 1.0, "ki": -1.0, "i": -1.0, "angle_i": -1.0, "omega_o": -1.0}
 """Name of a gain -> power of the robustness that multiplies it."""
 PERIODS = 4.0
 """Shortest closed-loop time in control periods."""
 
 
 class Slider(NamedTuple):
-    """A slider of the page.
-
-    Attributes:
-        key: Name in messages.
-        label: Name on the page.
-        low: Lower end.
-        high: Upper end.
-        at: Value at the beginning.
-        unit: Unit of the value, "" for none.
-    """
+    """A slider of the page: key in messages, label, ends, value at the beginning, and unit, "" for none."""
 
     key: str
     label: str
@@ -57,33 +49,29 @@ ROBUSTNESS = Slider("robustness", "Robustness", 0.5, 4.0, 1.0)
 
 
 class Rules:
-    """Design rules of a session's plant.
-
-    Args:
-        session: The opened study.
-    """
+    """Design rules of a session's plant."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._method: str | None = None
 
     @property
     def offers(self) -> dict[str, Any] | None:
         """Description of the sliders; None without a rule."""
-        method = self._first_method()
-        return offer(method, [self._time(), ROBUSTNESS]) if method else None
+        return offer(self._method, [self._time(), ROBUSTNESS]) if self._method else None
 
     def designed(self, _: PageRequest, message: dict[str, Any]) -> dict[str, Any]:
-        """Return the gains of the rule at a closed-loop time and a robustness.
+        """Return the gains of the rule.
 
         Raises InputError for numbers outside the sliders, or where no rule designs a channel.
         """
-        if not self._first_method():
+        if not self._method:
             raise InputError("no rule of `tuner design` takes a channel of this study; move the gains instead")
         time, robustness = (slider.read(message.get("at", {}), "at") for slider in (self._time(), ROBUSTNESS))
-        proposal = self._proposal(self._first_method(), time)
-        channels = {name for name, each in proposal.channels.items() if each.designed}
-        row = slowed(self._study, proposal.row, robustness, channels)
+        proposal = self._proposal(self._method, time)
+        row = np.array(proposal.row, dtype=float)
+        for gain in self._study.system.gains:
+            if gain.axis in proposal.channels and proposal.channels[gain.axis].designed:
+                row[gain.column] *= robustness ** SLOWING_POWERS.get(gain.info.name, 0.0)
         values, notes = within(self._session, self._session.values(row))
         return {"values": values, "text": " ".join(notes)}
 
@@ -91,11 +79,10 @@ class Rules:
     def _study(self) -> PlantStudy:
         return cast("PlantStudy", self._session.study)
 
-    def _first_method(self) -> str:
-        """Return the first rule that designs a channel, "" without one."""
-        if self._method is None:
-            self._method = next((name for name in METHODS if self._designs(name)), "")
-        return self._method
+    @cached_property
+    def _method(self) -> str:
+        """First rule that designs a channel, "" without one."""
+        return next((name for name in METHODS if self._designs(name)), "")
 
     def _designs(self, method: str) -> bool:
         if method not in added("designs"):
@@ -117,7 +104,7 @@ class Rules:
 
 
 def offer(method: str, sliders: Sequence[Slider], note: str = "") -> dict[str, Any]:
-    """Return what the page has to know of sliders; note: shown below them."""
+    """Return the description of sliders for the page; note: shown below them."""
     return {"method": method, "sliders": [slider._asdict() for slider in sliders], "note": note}
 
 
@@ -132,18 +119,6 @@ def within(session: Session, values: Mapping[str, float]) -> tuple[dict[str, flo
         if abs(inside - value) > 1e-9 * (variable.high - variable.low):
             notes.append(f"{name}: the rule gives {value:.4g}, the range ends at {inside:g}.")
     return held, notes
-
-
-def slowed(study: PlantStudy, row: np.ndarray, robustness: float, channels: set[str]) -> np.ndarray:
-    """Return a gains row (g,) with slower integral action and observers.
-
-    robustness: factor by which they are slower. channels: names of those that are changed.
-    """
-    out = np.array(row, dtype=float)
-    for gain in study.system.gains:
-        if gain.axis in channels and gain.info.name in SLOWING_POWERS:
-            out[gain.column] *= robustness ** SLOWING_POWERS[gain.info.name]
-    return out
 
 
 def rounded(value: float) -> float:

@@ -85,7 +85,7 @@ class LoopCurves:
         return self._curves.get_or_make(key, lambda: self._worst(setting.row, channel))
 
     def _worst(self, row: Array, channel: str) -> Loop:
-        """Return the curve of the steady state and amplitude that comes nearest to -1.
+        """Return the curve that comes nearest to -1.
 
         A quarter of the frequencies finds where each is nearest, those around it how near; 24 full curves took 0.2 s.
         """

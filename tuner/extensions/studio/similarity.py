@@ -8,19 +8,19 @@ a rigid body are then that factor further out, and its flight is the same in ano
 Rotor lag, delay, control period and the sensors' filters stay, so margins shrink with speed. The design of cascades
 (`objectives/design`) has no closed-loop time and takes 1 to 4 s, so it can follow no hand.
 
-Robustness slows what surrounds the fastest part of a loop: the observer of ADRC, the loops around the innermost one by the same
-similarity, the integral action if there is neither.
+Robustness slows the observers of ADRC; without one the position loops, by similarity at the same attitude loops; if those are
+fixed, the integral action of attitude.
 """
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from plant.quadrotor.gains import GainAddress
-from tuner.extensions.studio.design import ROBUSTNESS, Slider, offer, within
+from tuner.extensions.studio.design import ROBUSTNESS, SLOWING_POWERS, Slider, offer, within
 from tuner.extensions.studio.messages import PageRequest
 from tuner.extensions.studio.session import Session
 
@@ -28,8 +28,8 @@ SPEED = Slider("speed", "Speed", 0.25, 4.0, 1.0)
 """Factor on the speed of all loops."""
 SETTING_POWERS = {"angle_p": 1, "angle_i": 2, "p": 1, "i": 2, "ff": 1, "sigma": 1}
 """Power of the speed in firmware's gains without a unit, by name; PX4 states it in the units of the same names."""
-INNER_TO_OUTER = ("angle_p", "angle_i", "position_p")
-"""Gains of an outer loop within a firmware's law."""
+OBSERVERS = ("omega_o", "wo")
+"""Bandwidths of observers."""
 MODELS = ("k_m", "t_m", "l_m", "a0", "a1", "a2", "tau", "b0")
 """Gains that describe the vehicle, not the speed of its loop; limits do so too."""
 _QUOTIENT = re.compile(r"/(?![^(]*\))")
@@ -37,11 +37,7 @@ _SECONDS = re.compile(r"(?<![A-Za-z])s(?:\^(?:\(([^)]*)\)|(-?\d+)))?(?![A-Za-z])
 
 
 class Similarity:
-    """Sliders that scale the gains at hand.
-
-    Args:
-        session: The opened study of a quadrotor.
-    """
+    """Sliders that scale the gains at hand of a quadrotor."""
 
     def __init__(self, session: Session) -> None:
         self._session, space = session, session.study.space
@@ -59,11 +55,16 @@ class Similarity:
         sliders = [
             slider for slider, powers in ((SPEED, self._speed), (ROBUSTNESS, self._robustness)) if np.any(powers != 0.0)
         ]
-        note = f"Fixed in the study, so not scaled: {by_axis(self._fixed)}." if self._fixed else ""
+        names = dict[str, list[str]]()
+        for gain in self._fixed:
+            names.setdefault(gain.axis, []).append(gain.address.partition(".")[2])
+        by_axis = [f"{axis} {', '.join(each)}" for axis, each in names.items()]
+        note = "Factors on the setting at hand."
+        note += f" Fixed in the study, so not scaled: {'; '.join(by_axis)}." if by_axis else ""
         return offer("similarity", sliders, note) if sliders else None
 
     def designed(self, request: PageRequest, message: dict[str, Any]) -> dict[str, Any]:
-        """Return the setting of the request, scaled by the sliders' values over those before."""
+        """Return the setting, scaled by the sliders over their values before."""
         before, now = (self._factors(message.get(key, {}), key) for key in ("from", "at"))
         scale = (now[0] / before[0]) ** self._speed * (now[1] / before[1]) ** self._robustness
         values = self._session.values(request.settings[0].row)
@@ -77,7 +78,7 @@ class Similarity:
 
 
 def seconds_in(unit: str) -> Fraction:
-    """Return the power of the second in a unit, such as -3/2 of "rad^(1/2) s^(-3/2)"."""
+    """Return the power of the second in a unit."""
     top, *below = _QUOTIENT.split(unit)
     return _power(top) - sum((_power(part) for part in below), Fraction(0))
 
@@ -104,26 +105,14 @@ def speed_power(gain: GainAddress, gains: Sequence[GainAddress]) -> float:
 
 def robustness_powers(searched: Sequence[GainAddress], gains: Sequence[GainAddress]) -> np.ndarray:
     """Return the power of the robustness (n,) that multiplies each searched gain."""
-    observed = {gain.axis for gain in gains if gain.info.observer}
-    powers = np.array([_robustness_power(gain, gains, observed) for gain in searched])
-    if np.any(powers != 0.0):
-        return powers
-    return np.array([-1.0 if gain.info.integrals == 1 else 0.0 for gain in searched])
+    observed = {gain.axis for gain in gains if gain.info.name in OBSERVERS}
+    has_outer = any(gain.loop == "position" for gain in searched)
 
+    def power(gain: GainAddress) -> float:
+        if gain.axis in observed:
+            return -1.0 if gain.info.name in OBSERVERS else 0.0
+        if gain.loop == "position":
+            return 0.0 - speed_power(gain, gains)
+        return 0.0 if has_outer else SLOWING_POWERS.get(gain.info.name, 0.0)
 
-def _robustness_power(gain: GainAddress, gains: Sequence[GainAddress], observed: Collection[str]) -> float:
-    if gain.axis in observed:
-        return -1.0 if gain.info.observer else 0.0
-    surrounds = gain.loop == "position" or gain.info.name in INNER_TO_OUTER
-    return 0.0 - speed_power(gain, gains) if surrounds else 0.0
-
-
-def by_axis(gains: Sequence[GainAddress]) -> str:
-    """Return gains as text, axes with the same gains together."""
-    names = dict[str, list[str]]()
-    for gain in gains:
-        names.setdefault(gain.axis, []).append(gain.address.partition(".")[2])
-    axes = dict[str, list[str]]()
-    for axis, each in names.items():
-        axes.setdefault(", ".join(each), []).append(axis)
-    return "; ".join(f"{each} of {', '.join(group)}" for each, group in axes.items())
+    return np.array([power(gain) for gain in searched])

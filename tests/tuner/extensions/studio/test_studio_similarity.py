@@ -118,6 +118,27 @@ def test_robustness_of_nested_loops_slows_the_outer_one_at_the_same_inner_one():
     }
 
 
+@pytest.mark.parametrize(
+    ("study", "ratios"),
+    [
+        ("px4", {"horizontal.position_p": 1 / 1.2, "horizontal.p": 1 / 1.2, "horizontal.i": 1 / 1.44}),
+        # Only attitude is searched: a slower angle loop within a fixed position loop would take margin from it.
+        ("ardupilot", {"tilt.i": 1 / 1.2}),
+        ("f450", {"position.omega_o": 1 / 1.2}),
+        ("betaflight", {}),
+    ],
+)
+def test_robustness_slows_position_loops_observers_or_the_integral(study, ratios):
+    before, after, notes = moved(study, robustness=1.2)
+    changed = {name: after[name] / before[name] for name in before if after[name] != before[name]}
+    assert changed == pytest.approx(ratios) and notes == ""
+
+
+def test_a_slider_that_would_move_nothing_is_not_offered():
+    offers = Similarity(open_session(STUDIES / "betaflight.toml")).offers
+    assert [slider["key"] for slider in offers["sliders"]] == ["speed"]
+
+
 def test_gains_of_firmware_follow_their_meaning_and_filters_stay():
     before, after, _ = moved("px4", 0.8)
     ratios = {name: after[name] / before[name] for name in before}
@@ -145,7 +166,7 @@ def test_sliders_start_from_the_setting_at_hand():
     request = SimpleNamespace(settings=[Setting("here", row, "here")])
     answer = rules.designed(request, {"from": {"speed": 1.5}, "at": {"speed": 3.0}})
     assert answer["values"]["attitude.omega_o"] == pytest.approx(24.0)
-    assert "delta of roll, pitch, yaw" in rules.offers["note"]
+    assert "roll delta; pitch delta; yaw delta" in rules.offers["note"]
 
 
 @pytest.mark.parametrize(
