@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes import Airframe, load
 from tests.tuner.extensions.identification.known_flights import AIRFRAME, AXES, KnownFlight, known_flights
 from tuner.extensions.identification.building import earlier_posterior, identification_document
 from tuner.extensions.identification.document import IdentificationDocument
@@ -22,7 +22,7 @@ CRAZYFLIE = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
 @pytest.fixture(scope="session")
 def crazyflie() -> Identified:
     """The fit of a real flight."""
-    return identify_vehicle([read_log(CRAZYFLIE)], load("crazyflie-pybullet"))
+    return identify_roughly([read_log(CRAZYFLIE)], airframe=load("crazyflie-pybullet"))
 
 
 @pytest.fixture(scope="session")
@@ -53,11 +53,13 @@ def flights(flown: list[KnownFlight]) -> list[KnownFlight]:
     return flown[:2]
 
 
-def identify_roughly(logs: list[FlightLog], earlier: EarlierPosterior | None = None) -> Identified:
+def identify_roughly(
+    logs: list[FlightLog], earlier: EarlierPosterior | None = None, airframe: Airframe = AIRFRAME
+) -> Identified:
     """Identify with two fits of the noise at most, not five: no property that is tested here needs more."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fit, "MAX_NOISE_FITS", 2)
-        return identify_vehicle(logs, AIRFRAME, earlier=earlier)
+        return identify_vehicle(logs, airframe, earlier=earlier)
 
 
 @pytest.fixture(scope="session")

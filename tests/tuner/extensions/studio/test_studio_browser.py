@@ -154,7 +154,7 @@ def test_the_address_holds_setting_and_pins_and_names_are_text(browser, client):
     reader.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_a_phone_shows_all_without_scrolling_sideways(browser, client, scheme):
     reader = Reader(browser, client, width=390, scheme=scheme)
     assert reader.page.evaluate("document.documentElement.scrollWidth") == 390
