@@ -157,7 +157,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     assert '"gains_name":"infeasible.json"' in text
 
 
-def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsys):
+def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsys, few_golden_vectors):
     _, _, _, _, folder = ran
     words = ["export", folder / INFEASIBLE, "--to", "c99", "--out", tmp_path / "c", "--flights", "2"]
     code, out, err = tuner(monkeypatch, capsys, *words)
