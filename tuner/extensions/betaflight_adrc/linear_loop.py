@@ -194,7 +194,7 @@ def _crossings(
     places: NDArray[np.intp],
     function: Callable[[ComplexArray], Array],
 ) -> Array:
-    """Return the frequencies [Hz] behind places (n,) of a grid where a function is 0.
+    """Return the frequencies [Hz] of the zeros behind places (n,) of a grid.
 
     All are halved together, because a response at many frequencies takes hardly longer than at one.
     """

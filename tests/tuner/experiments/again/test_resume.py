@@ -163,8 +163,15 @@ def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run,
     [
         ("generations/0001.npz",),
         ("start.json",),
-        ("front.csv", "summary.json", "gains.json", "resolved.json"),
-        ("history.csv", "environment.json", "responses.npz"),
+        (
+            "front.csv",
+            "summary.json",
+            "gains.json",
+            "resolved.json",
+            "history.csv",
+            "environment.json",
+            "responses.npz",
+        ),
     ],
     ids=" ".join,
 )

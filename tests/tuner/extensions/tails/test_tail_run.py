@@ -216,7 +216,7 @@ def test_a_scenario_without_noise_needs_one_flight(study):
             "scenario.0.sensors": {"position": 0.0, "velocity": 0.0, "attitude": 0.0, "rate": 0.0},
         },
     )  # fmt: skip
-    event = tuner.tail(quiet, "failure").document.gains[0].events[0]
+    event = tuner.tail(quiet, "failure", to=0.05, width=5.0, most=1000).document.gains[0].events[0]
     assert event.high < 1.0
 
 
