@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from math import acos, degrees
 from typing import Any, Self
 
@@ -56,6 +56,19 @@ DISTURBANCES = {
 """Columns of the air in the order of `plant.air.air`, with units; world is ENU, body is FLU."""
 
 
+MAX_LOOPS = 16
+
+
+@lru_cache(MAX_LOOPS)
+def _loop_of(cascade: Cascade, metered: tuple[MetricAddress, ...], fitted: VehicleFeatures) -> ClosedLoop:
+    """Return the closed loop of these parts: kernels are kept by loop, and to find one on disk takes up to 60 ms."""
+    return close_loop(cascade, _meter_of(metered), fitted)
+
+
+def _meter_of(metered: tuple[MetricAddress, ...]) -> MeterModel:
+    return with_accumulators(MeterModel(meters.Meters, meters.start, meters.update), metered)
+
+
 @dataclass(frozen=True)
 class CascadeParts:
     """The parts of a quadrotor's system."""
@@ -100,12 +113,12 @@ class System:
     @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop with this package's meters and those of `metered`."""
-        return close_loop(self.cascade, self.meter, self.fitted)
+        return _loop_of(self.cascade, self.metered, self.fitted)
 
     @cached_property
     def meter(self) -> MeterModel:
         """The meters that judge its flights."""
-        return with_accumulators(MeterModel(meters.Meters, meters.start, meters.update), self.metered)
+        return _meter_of(self.metered)
 
     @property
     def fitted(self) -> VehicleFeatures:

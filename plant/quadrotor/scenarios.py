@@ -5,6 +5,7 @@ Scenario i of a stream is a pure function of (root seed, stream, scenario name, 
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from math import isfinite
 
 import numpy as np
@@ -142,9 +143,18 @@ class ScenarioSpec:
         """Return the sampled reference."""
         return build(self.reference, timing.control_period, self.steps(timing))
 
+    @cached_property
+    def _targets(self) -> dict[Timing, Targets]:
+        return {}
+
     def targets(self, timing: Timing) -> Targets:
         """Return the levels and times of step and recovery metrics."""
-        track = self.track(timing)
+        # Each metric of a study asks for them; the reference has 14 numbers for each control period.
+        if timing not in self._targets:
+            self._targets[timing] = self._targets_of(self.track(timing))
+        return self._targets[timing]
+
+    def _targets_of(self, track: Track) -> Targets:
         window = self.air.window
         after = self.recovery_from if self.recovery_from is not None else (window[1] if window else 0.0)
         steady = self.duration * (1.0 - self.steady_share)

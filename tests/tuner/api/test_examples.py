@@ -45,7 +45,7 @@ def prepared(tmp_path_factory):
 
 
 @pytest.mark.parametrize("home", HOMES)
-def test_examples_of_the_docstrings_run(home, prepared, tmp_path, monkeypatch):
+def test_examples_of_the_docstrings_run(home, prepared, tmp_path, monkeypatch, few_golden_vectors):
     # Figures take most of the time of a short run; `figure` and `report` draw their own.
     monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
     shutil.copytree(prepared, tmp_path / "here")

@@ -26,7 +26,7 @@ def run(source, names) -> Any:
     return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
 
 
-def test_every_cell_runs_and_what_it_shows_is_html(tmp_path, monkeypatch, capsys, no_figures):
+def test_every_cell_runs_and_what_it_shows_is_html(tmp_path, monkeypatch, capsys, no_figures, few_golden_vectors):
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "notebook"}
     with drawn():

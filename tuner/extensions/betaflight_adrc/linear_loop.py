@@ -172,30 +172,38 @@ def margins(
     phase, size = np.unwrap(np.angle(values)), np.log(np.abs(values))
     turns = np.floor((phase + pi) / (2.0 * pi))
     falls = np.flatnonzero((turns[1:] < turns[:-1]) & (frequency[1:] < frequency[-1]))
-    rings = [_crossing(response, frequency[i : i + 2], _turned) for i in falls]
-    crossings = [_crossing(response, frequency[i : i + 2], _level) for i in np.flatnonzero(size[1:] * size[:-1] < 0.0)]
-    gains = [(1.0 / abs(response(np.array([ring]))[0]), ring) for ring in rings]
-    phases = [(float(np.angle(-response(np.array([at]))[0])), at) for at in crossings]
+    rings = _crossings(response, frequency, falls, _turned)
+    crossings = _crossings(response, frequency, np.flatnonzero(size[1:] * size[:-1] < 0.0), _level)
+    gains = zip((1.0 / np.abs(response(rings))).tolist(), rings.tolist(), strict=True)
+    phases = zip(np.angle(-response(crossings)).tolist(), crossings.tolist(), strict=True)
     nowhere = (float("nan"), float("nan"))
     return Margins(*min(gains, default=nowhere), *min(phases, default=nowhere))
 
 
-def _turned(value: complex) -> float:
-    return float(np.angle(-value))
+def _turned(values: ComplexArray) -> Array:
+    return np.angle(-values)
 
 
-def _level(value: complex) -> float:
-    return float(np.log(abs(value)))
+def _level(values: ComplexArray) -> Array:
+    return np.log(np.abs(values))
 
 
-def _crossing(response: Callable[[Array], ComplexArray], ends: Array, function: Callable[[complex], float]) -> float:
-    """Return the frequency [Hz] between two ends where a function is 0."""
-    low, high = float(ends[0]), float(ends[1])
-    is_rising = function(response(ends)[1]) > 0.0
+def _crossings(
+    response: Callable[[Array], ComplexArray],
+    frequency: Array,
+    places: NDArray[np.intp],
+    function: Callable[[ComplexArray], Array],
+) -> Array:
+    """Return the frequencies [Hz] of the zeros behind places (n,) of a grid.
+
+    All are halved together, because a response at many frequencies takes hardly longer than at one.
+    """
+    low, high = frequency[places], frequency[places + 1]
+    is_rising = function(response(high)) > 0.0
     for _ in range(N_HALVINGS):
         middle = 0.5 * (low + high)
-        is_above = function(response(np.array([middle]))[0]) > 0.0
-        low, high = (low, middle) if is_above == is_rising else (middle, high)
+        is_below = (function(response(middle)) > 0.0) != is_rising
+        low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
     return 0.5 * (low + high)
 
 

@@ -7,7 +7,7 @@ left to the noise.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,10 +114,16 @@ def low_passed(rates: Array, period: float, delay: float) -> Array:
 
 @lru_cache(maxsize=64)
 def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
-    """Return numerator and denominator of the low-pass in z."""
-    from scipy.signal import cont2discrete
+    """Return numerator and denominator of the low-pass in z.
 
-    w = np.sqrt(2.0) / delay
-    # Its types do not know that two polynomials come back as two.
-    discrete: Any = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
-    return np.ravel(discrete[0]), np.ravel(discrete[1])
+    The ramp t becomes t - d + d exp(-s t) cos(s t), with d the delay and s = 1 / d: both parts of the poles. A closed form,
+    because a fit has as many delays as points, and SciPy takes longer for one than the flight takes through the model.
+    """
+    turn, share = period / delay, delay / period
+    cosine, decay = np.exp(-turn) * np.cos(turn), np.exp(-2.0 * turn)
+    numerator = [
+        1.0 - share * (1.0 - cosine),
+        share * (1.0 - decay) - 2.0 * cosine,
+        decay - share * (cosine - decay),
+    ]
+    return np.array(numerator), np.array([1.0, -2.0 * cosine, decay])

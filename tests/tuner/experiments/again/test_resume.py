@@ -11,8 +11,9 @@ from objectives import memory
 from plant.errors import InputError, StoreError
 from plant.quadrotor.scenarios import SEARCH
 from tests.tables import read_frame, write_frame
-from tests.tuner.conftest import run_small
+from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.experiments.again.killing import compare, result_of, unsealed
+from tuner import report
 from tuner.analysis import finals
 from tuner.experiments.again.rejudge import judgement, judging_study
 from tuner.experiments.again.resume import reopen
@@ -61,13 +62,26 @@ def flights_file(path, name):
     return next((path / "flights").glob(f"{name}-*.npz"))
 
 
-def test_a_finished_run_is_replayed_without_a_flight(small_run, copy):
-    outcome, told = resumed(copy)
+@pytest.fixture(scope="module")
+def replayed(small_run, tmp_path_factory):
+    """A finished run that was resumed twice: outcome and words of the first time, and its folder."""
+    path = tmp_path_factory.mktemp("runs") / "replayed"
+    shutil.copytree(small_run[1], path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "start_figures", lambda _: NoDrawing())
+        patch.setattr(report, "write_report", lambda *_: None)
+        outcome, told = resumed(path)
+        resumed(path)
+        return outcome, told, path
+
+
+def test_a_finished_run_is_replayed_without_a_flight(small_run, replayed):
+    outcome, told, path = replayed
     assert outcome.problem.flights_made == 0 and told == []
-    compare(result_of(copy), result_of(small_run[1]))
+    compare(result_of(path), result_of(small_run[1]))
 
 
-@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("threads", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_the_number_of_threads_changes_no_bit(small_run, tmp_path, threads):
     run_small(tmp_path / "r", threads)
     compare(result_of(tmp_path / "r"), result_of(small_run[1]))
@@ -120,7 +134,13 @@ def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_
 
 
 @pytest.mark.parametrize(
-    ("name", "damage"), [("search-0001", "cut"), ("held-out", "flip"), ("search-0001", "gone"), ("held-out", "gone")]
+    ("name", "damage"),
+    [
+        ("search-0001", "cut"),
+        ("held-out", "flip"),
+        ("search-0001", "gone"),
+        pytest.param("held-out", "gone", marks=pytest.mark.slow),
+    ],
 )
 def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run, copy, name, damage):
     file = flights_file(copy, name)
@@ -143,8 +163,15 @@ def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run,
     [
         ("generations/0001.npz",),
         ("start.json",),
-        ("front.csv", "summary.json", "gains.json", "resolved.json"),
-        ("history.csv", "environment.json", "responses.npz"),
+        (
+            "front.csv",
+            "summary.json",
+            "gains.json",
+            "resolved.json",
+            "history.csv",
+            "environment.json",
+            "responses.npz",
+        ),
     ],
     ids=" ".join,
 )
@@ -266,16 +293,13 @@ def test_an_airframe_file_is_carried_along(tmp_path):
     np.testing.assert_array_equal(outcome.finalist_rows, first.finalist_rows)
 
 
-def test_sessions_are_told(copy):
-    resumed(copy)
-    resumed(copy)
-    told = json.loads((copy / "environment.json").read_text())
+def test_sessions_are_told(replayed):
+    told = json.loads((replayed[2] / "environment.json").read_text())
     assert len(told["resumed"]) == 2 and all("started" in entry and "command" in entry for entry in told["resumed"])
 
 
-def test_a_replayed_run_has_taken_at_least_the_time_it_took(small_run, copy):
-    resumed(copy)
-    then, now = (pd.read_csv(path / "history.csv") for path in (small_run[1], copy))
+def test_a_replayed_run_has_taken_at_least_the_time_it_took(small_run, replayed):
+    then, now = (pd.read_csv(path / "history.csv") for path in (small_run[1], replayed[2]))
     assert (now.seconds.to_numpy() >= then.seconds.to_numpy()).all()
     np.testing.assert_allclose(now.flight_seconds, then.flight_seconds, rtol=1e-12)
 
@@ -384,6 +408,9 @@ def test_the_same_judgement_gives_the_same_result_without_a_flight(small_run, tm
     assert outcome.problem.flights_made == 0
     one, other = result_of(tmp_path / "again"), result_of(small_run[1])
     assert [name for name in other if one.get(name) != other[name]] == ["run.json", "start.json", "study.toml"]
+    # Its folder is that of a judgement, which no run goes on with.
+    with pytest.raises(StoreError, match="folder of a judgement"):
+        reopen(tmp_path / "again", None)
 
 
 @pytest.fixture(scope="module")
@@ -416,12 +443,6 @@ def test_another_limit_and_another_pick_need_no_flight_at_all(unraced, tmp_path)
 def test_only_the_judgement_may_differ(small_run):
     with pytest.raises(InputError, match="scenario.*only these may: objective"):
         judging_study(small_run[1], None, {"scenario.0.air.altitude": 20.0})
-
-
-def test_a_judgement_is_not_resumed(small_run, tmp_path):
-    judged(small_run[1], tmp_path / "r")
-    with pytest.raises(StoreError, match="folder of a judgement"):
-        reopen(tmp_path / "r", None)
 
 
 # Races

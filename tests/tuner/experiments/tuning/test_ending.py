@@ -157,7 +157,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     assert '"gains_name":"infeasible.json"' in text
 
 
-def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsys):
+def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsys, few_golden_vectors):
     _, _, _, _, folder = ran
     words = ["export", folder / INFEASIBLE, "--to", "c99", "--out", tmp_path / "c", "--flights", "2"]
     code, out, err = tuner(monkeypatch, capsys, *words)
@@ -212,9 +212,8 @@ def test_a_run_that_recommends_says_nothing_of_it(small_run):
     assert "feasible" not in json.loads((folder / GAINS).read_text())["study"]
 
 
-def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path, monkeypatch):
+def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path, no_pictures):
     """Four flights are milder than 32: the best worst case of the first generation is a limit that no front keeps for long."""
-    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
     limit = {"metric": "rms.position", "risk": "worst", "max": 1.0}
     first = run_small(tmp_path / "free", constraint=[limit], search__generations=1)
     best = float(first.generations[0].evaluation.scores[:, 2].max(axis=1).min())
@@ -227,9 +226,8 @@ def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path
     assert summary["ending"][1].endswith(told) and not (tmp_path / "tight" / GAINS).exists()
 
 
-def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_path, monkeypatch):
+def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_path, no_pictures):
     """The limit lies where some finalists keep it by their values and none by the upper end of its interval."""
-    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
     outcome = run_small(tmp_path / "run", constraint=[{"metric": "rms.position", "max": 9.0}], search__generations=1)
     flown, problem = outcome.finalists.flown, outcome.problem
     value, _, high = flown.estimate(2)
@@ -261,8 +259,7 @@ def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_pat
     assert "`tuner rejudge FOLDER --set confidence=0 --out NEW`" in head
 
 
-def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_path, no_pictures):
     outcome = run_small(tmp_path / "run", search__generations=1)
     assert outcome.feasible and ending_of(outcome) == []
     violations = outcome.confirmation.violations.copy()
@@ -280,8 +277,9 @@ def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_pat
     assert "`tuner rejudge FOLDER --set constraint.0.max=VALUE --out NEW`" in helps and "0.16 or more" in helps
 
 
-def test_lost_flights_that_leave_nothing_feasible_are_named_with_the_commands_that_go_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+def test_lost_flights_that_leave_nothing_feasible_are_named_with_the_commands_that_go_on(
+    tmp_path, monkeypatch, no_pictures
+):
     outcome = run_small(tmp_path / "run", search__generations=1)
     column, row = len(outcome.study.objectives), 1
     assert outcome.study.constraints[0].objective.label == "mean(failure)"

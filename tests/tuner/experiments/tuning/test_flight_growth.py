@@ -74,12 +74,12 @@ def test_the_same_bits_again_on_another_number_of_threads_and_after_a_stop(grown
     compare(result_of(folder), whole)
 
 
-def test_flights_that_agree_stay(tmp_path, monkeypatch):
+def test_flights_that_agree_stay(tmp_path, monkeypatch, no_pictures):
     monkeypatch.setattr(flight_growth, "MAX_RATIO", 1e9)
     assert flights_each(run_small(tmp_path / "run", **GROWING)) == [8] * 6
 
 
-def test_a_number_that_the_study_gives_stays(tmp_path, monkeypatch):
+def test_a_number_that_the_study_gives_stays(tmp_path, monkeypatch, no_pictures):
     monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)
     changes = {**GROWING, "search": {**GROWING["search"], "first": 8}}
     assert flights_each(run_small(tmp_path / "run", **changes)) == [8] * 6

@@ -29,8 +29,9 @@ from plant.quadrotor.trim import trim_of
 from plant.records import flatten, pack, paths, size
 from plant.vectors import Vec3
 from tests.objectives.margins.stepping import Stepper
-from tests.tuner.conftest import QUICKSTART, SMALL
+from tests.tuner.conftest import QUICKSTART, SMALL, NoDrawing
 from tests.tuner.study.study_text import STUDY, changed, write
+from tuner import report
 from tuner.analysis import finals
 from tuner.api.catalogue import listings
 from tuner.experiments.again.verify import verify
@@ -79,7 +80,11 @@ def searched(folder, asked, threads=2):
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "margins"
-    return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), threads=2).carry_out(), folder
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "start_figures", lambda _: NoDrawing())
+        patch.setattr(report, "write_report", lambda *_: None)
+        run = TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), threads=2)
+        return run.carry_out(), folder
 
 
 @pytest.mark.slow

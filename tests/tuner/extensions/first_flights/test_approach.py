@@ -130,7 +130,9 @@ def test_what_cannot_be_exported_leaves_nothing_behind_and_names_a_gain_that_the
     assert not (tmp_path / "way").exists()
 
 
-def test_steps_are_written_with_their_exports_and_other_laws_are_refused(present, tmp_path, monkeypatch, capsys):
+def test_steps_are_written_with_their_exports_and_other_laws_are_refused(
+    present, tmp_path, monkeypatch, capsys, few_golden_vectors
+):
     after = scaled(present, omega_c=1.2)
     for name, gains in (("present", present), ("tuned", after), ("pid", tuner.default_gains("pid"))):
         gains.write(tmp_path / f"{name}.json")

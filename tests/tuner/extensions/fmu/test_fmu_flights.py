@@ -67,7 +67,7 @@ def native(actuators=(), timing=TIMING):
     return system_of("dc_motor", CHANNELS, list(actuators) or ACTUATORS, timing)
 
 
-def flown(system, count=FLIGHTS, threads=2, gains=GAINS, say=None):
+def flown(system, count=FLIGHTS, threads=1, gains=GAINS, say=None):
     inputs = system.sample(SPEC, 7, "search", range(count))
     flyer = system.flyer(threads)
     if say is not None:
@@ -201,11 +201,21 @@ def margins(system, gains=GAINS):
     return PlantMargins(system, 0.5 * GAINS[0], 2.0 * GAINS[1]).evaluate(gains)
 
 
+@cache
+def margins_of(version, *options, **changes):
+    return margins(fmu(version, *options, **changes))
+
+
+@cache
+def native_margins():
+    return margins(native())
+
+
 @each_version
 @pytest.mark.parametrize(("directional", "near"), [(True, 1e-5), (False, 1e-7)])
 def test_margins_are_those_of_the_plant_in_python(version, directional, near):
     """By directional derivatives sampling is exact, and Runge and Kutta err by 1e-6; by differences it is what flies."""
-    found, known = margins(fmu(version, directional=directional)), margins(native())
+    found, known = margins_of(version, directional=directional), native_margins()
     assert known.stable.all() and np.array_equal(found.stable, known.stable)
     for name in ("phase_margin", "gain_margin", "ms", "mt"):
         np.testing.assert_allclose(*[QUANTITIES[name].values(each) for each in (found, known)], rtol=near)
@@ -213,7 +223,7 @@ def test_margins_are_those_of_the_plant_in_python(version, directional, near):
 
 def test_an_fmu_that_refuses_its_derivatives_is_differentiated():
     found, known = (
-        QUANTITIES["ms"].values(margins(each)) for each in (fmu(2, "-DNO_SLOPE"), fmu(2, directional=False))
+        QUANTITIES["ms"].values(each) for each in (margins_of(2, "-DNO_SLOPE"), margins_of(2, directional=False))
     )
     assert np.array_equal(found, known)
 

@@ -15,9 +15,10 @@ from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.quadrotor.scenarios import SEARCH
 from tests.tables import read_frame
-from tests.tuner.conftest import QUICKSTART
+from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.extensions.fmu.fmus import write_motor
 from tests.tuner.in_process import called, tuner
+from tuner import report
 from tuner.api.studies import load_study
 from tuner.documents.opening import open_results
 from tuner.study.plant_study import PlantStudy
@@ -49,6 +50,8 @@ def written(tmp_path_factory):
 
 def run_of(folder, name, *changes):
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "start_figures", lambda _: NoDrawing())
+        patch.setattr(report, "write_report", lambda *_: None)
         patch.chdir(folder)
         code, out, err = called("run", f"{name}.toml", "--out", f"r_{name}", *SET, *changes)
     assert code == 0, err

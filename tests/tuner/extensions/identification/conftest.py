@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes import Airframe, load
 from tests.tuner.extensions.identification.known_flights import AIRFRAME, AXES, KnownFlight, known_flights
 from tuner.extensions.identification.building import earlier_posterior, identification_document
 from tuner.extensions.identification.document import IdentificationDocument
@@ -22,7 +22,7 @@ CRAZYFLIE = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
 @pytest.fixture(scope="session")
 def crazyflie() -> Identified:
     """The fit of a real flight."""
-    return identify_vehicle([read_log(CRAZYFLIE)], load("crazyflie-pybullet"))
+    return identify_roughly([read_log(CRAZYFLIE)], airframe=load("crazyflie-pybullet"))
 
 
 @pytest.fixture(scope="session")
@@ -53,11 +53,19 @@ def flights(flown: list[KnownFlight]) -> list[KnownFlight]:
     return flown[:2]
 
 
-def identify_roughly(logs: list[FlightLog], earlier: EarlierPosterior | None = None) -> Identified:
-    """Identify with two fits of the noise at most, not five: no property that is tested here needs more."""
+def identify_roughly(
+    logs: list[FlightLog],
+    earlier: EarlierPosterior | None = None,
+    airframe: Airframe = AIRFRAME,
+    noise_fits: int = 2,
+) -> Identified:
+    """Identify with two fits of the noise at most, not five: no property that is tested here needs more.
+
+    With one, no other dead time is tried, which takes most of the time.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fit, "MAX_NOISE_FITS", 2)
-        return identify_vehicle(logs, AIRFRAME, earlier=earlier)
+        patch.setattr(fit, "MAX_NOISE_FITS", noise_fits)
+        return identify_vehicle(logs, airframe, earlier=earlier)
 
 
 @pytest.fixture(scope="session")
@@ -78,9 +86,18 @@ class Halves(NamedTuple):
 
 @pytest.fixture(scope="session")
 def halves(long_flight: KnownFlight, flights: list[KnownFlight], identified: list[Identified]) -> Halves:
-    flight, first = long_flight, identified[0]
-    logs = [flights[0].log, flight.log.between(9.0, 18.0)]
-    both = identify_roughly(logs)
+    return halves_of(long_flight, flights[0], identified[0], 2)
+
+
+@pytest.fixture(scope="session")
+def rough_halves(long_flight: KnownFlight, flights: list[KnownFlight], identified: list[Identified]) -> Halves:
+    """The same by quick fits, where numbers are moved or left out and not tested."""
+    return halves_of(long_flight, flights[0], identified[0], 1)
+
+
+def halves_of(flight: KnownFlight, begin: KnownFlight, first: Identified, noise_fits: int) -> Halves:
+    logs = [begin.log, flight.log.between(9.0, 18.0)]
+    both = identify_roughly(logs, noise_fits=noise_fits)
     document = IdentificationDocument.parse(identification_document(first, [], None).text())
     earlier = earlier_posterior(document, AIRFRAME, Path("first.json"))
-    return Halves(flight, logs, first, earlier, both, identify_roughly(logs[1:], earlier))
+    return Halves(flight, logs, first, earlier, both, identify_roughly(logs[1:], earlier, noise_fits=noise_fits))

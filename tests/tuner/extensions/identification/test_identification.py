@@ -97,7 +97,7 @@ def test_what_is_predicted_was_kept_from_the_fit_and_is_predicted_well(identifie
         assert set(found.windows.time.ravel().tolist()) <= set(kept.tolist())
 
 
-def test_axes_that_are_not_excited_are_named_and_stay_at_the_prior(flown):
+def test_axes_that_are_not_excited_are_named_and_stay_at_the_prior(flown, fitted_once):
     found = identify_vehicle([flown[2].log], AIRFRAME)
     for name in (*OF_OUTPUT["pitch"], *OF_OUTPUT["yaw"]):
         at = found.space.names.index(name)

@@ -18,7 +18,7 @@ PRIOR = ("--airframe", "crazyflie-pybullet")
 
 def test_a_flight_becomes_an_airframe_and_a_document(tmp_path, monkeypatch):
     # Each further fit of the noise takes as long again, and moves no verdict here.
-    monkeypatch.setattr(fit, "MAX_NOISE_FITS", 2)
+    monkeypatch.setattr(fit, "MAX_NOISE_FITS", 1)
     out = tmp_path / "mine.toml"
     page = tmp_path / "mine.html"
     code, said, _ = called("identify", f"{LOG}@71:80", *PRIOR, "--out", str(out), "--report", page, "--json")

@@ -143,14 +143,14 @@ WEAKER = dict.fromkeys(("thrust.30", "thrust.65", "thrust.100"), np.log(0.8))
 """Numbers that a fifth less thrust moves, see `weakened`."""
 
 
-def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(halves):
-    same = halves.second
+def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(rough_halves):
+    same = rough_halves.second
     check_agreement(same, Path("first.json"))
     assert len(same.all_flights) == 2
     other = shifted(same, 0, WEAKER)
     with pytest.raises(InputError, match=r"contradicts first.json .*thrust.65 by -.* --changed"):
         check_agreement(other, Path("first.json"))
-    space = same.space.with_prior(after_change(halves.earlier, "propellers"))
+    space = same.space.with_prior(after_change(rough_halves.earlier, "propellers"))
     check_agreement(replace(other, fit=replace(same.fit, space=space)), Path("first.json"))
 
 
@@ -179,9 +179,9 @@ def assert_named_and_wide(contradicting):
     assert again.flights == document.flights
 
 
-def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(halves):
-    assert "The flights agree" in identification_document(halves.both, [], None).verdict
-    assert_named_and_wide(shifted(halves.both, 1, WEAKER))
+def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(rough_halves):
+    assert "The flights agree" in identification_document(rough_halves.both, [], None).verdict
+    assert_named_and_wide(shifted(rough_halves.both, 1, WEAKER))
 
 
 @pytest.mark.slow
@@ -189,15 +189,15 @@ def test_a_flight_with_weaker_propellers_contradicts_the_other(halves):
     assert_named_and_wide(identify_vehicle([halves.logs[0], weakened(halves.logs[1])], AIRFRAME))
 
 
-def test_an_unknown_change_and_a_payload_are_refused(halves):
+def test_an_unknown_change_and_a_payload_are_refused(rough_halves):
     with pytest.raises(InputError, match="battery"):
-        after_change(halves.earlier, "weather")
+        after_change(rough_halves.earlier, "weather")
     with pytest.raises(InputError, match="weigh the vehicle"):
-        after_change(halves.earlier, "payload")
+        after_change(rough_halves.earlier, "payload")
 
 
-def test_a_document_with_an_impossible_flight_is_refused(halves):
-    first = identification_document(halves.first, [], None)
+def test_a_document_with_an_impossible_flight_is_refused(rough_halves):
+    first = identification_document(rough_halves.first, [], None)
     number = first.flights[0].numbers[0]
     numbers = [number.model_copy(update={"low": 2.0 * number.high}), *first.flights[0].numbers[1:]]
     broken = first.model_copy(update={"flights": [first.flights[0].model_copy(update={"numbers": numbers})]})

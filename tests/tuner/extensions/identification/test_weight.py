@@ -65,7 +65,7 @@ def test_the_weight_leaves_what_no_mean_lift_depends_on(level):
 
 
 def test_a_flight_at_constant_height_finds_the_hover_command(level, tmp_path):
-    found = identify_roughly([level.log])
+    found = identify_roughly([level.log], noise_fits=1)
     assert not found.problem.outputs[3]
     file = tmp_path / "found.toml"
     file.write_text(identified_text(found, "found"))

@@ -64,6 +64,14 @@ def reader(browser, client):
     made.close()
 
 
+@pytest.fixture(scope="module")
+def opened(browser, motor):
+    """A page for tests that begin wherever an earlier one left it."""
+    made = Reader(browser, motor[1])
+    yield made
+    made.close()
+
+
 def here(reader):
     """Cells of the setting at hand."""
     return reader.page.eval_on_selector_all(
@@ -94,8 +102,8 @@ MOVE = """at => { const slider = document.getElementById('slider-0'); slider.val
 slider.dispatchEvent(new Event('input', { bubbles: true })); }"""
 
 
-def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(reader):
-    page = reader.page
+def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(opened):
+    page = opened.page
     before, number = page.evaluate(PATHS), page.evaluate("document.documentElement.dataset.answered")
     page.evaluate(MOVE, 700)
     while page.evaluate("document.documentElement.dataset.answered") == number:
@@ -105,7 +113,7 @@ def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(reader):
     assert len(moved) == len(before)
     changed = [old != new for old, new in zip(before, moved, strict=True)]
     assert any(changed) and not all(changed)
-    reader.rest()
+    opened.rest()
 
 
 def test_the_slider_of_a_rule_moves_the_gains_together(reader):
@@ -149,8 +157,8 @@ def test_from_opening_to_a_saved_file_by_keys_alone(reader, out):
     assert json.loads((out / "keys.json").read_text())["gains"]["angle.kp"]["value"] == 17.5
 
 
-def test_a_field_beyond_the_range_is_refused_in_a_sentence(reader):
-    page = reader.page
+def test_a_field_beyond_the_range_is_refused_in_a_sentence(opened):
+    page = opened.page
     page.fill("#field-0", "600")
     page.keyboard.press("Tab")
     assert "angle.kp: given 600; allowed: 1 to 60" in page.inner_text("#notice")
@@ -168,7 +176,7 @@ def test_the_address_holds_setting_and_pins_and_names_are_text(browser, client):
     reader.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_a_phone_shows_all_without_scrolling_sideways(browser, client, scheme):
     reader = Reader(browser, client, width=390, scheme=scheme)
     assert reader.page.evaluate("document.documentElement.scrollWidth") == 390

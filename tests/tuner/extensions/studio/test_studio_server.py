@@ -107,8 +107,8 @@ def test_an_answer_comes_in_three_stages(client):
 
 def test_moves_leave_no_stale_answer(client):
     """Requests of one page at once: those overtaken end early, and the newest alone comes to its end."""
-    moves = 1000
-    contents = [{"number": i, "page": "moves", "values": {"angle.kp": 1.0 + 0.05 * i}} for i in range(1, moves + 1)]
+    moves = 300
+    contents = [{"number": i, "page": "moves", "values": {"angle.kp": 1.0 + 0.15 * i}} for i in range(1, moves + 1)]
     with ThreadPoolExecutor(24) as pool:
         answers = list(pool.map(lambda content: client.lines("/answer", content), contents))
     ended = [i for i, each in enumerate(answers, start=1) if each and each[-1]["last"]]

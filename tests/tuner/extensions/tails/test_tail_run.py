@@ -136,7 +136,8 @@ def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tuner.extensions.tails.run.estimate_tail", interrupted)
+    # At the first of its work: it takes a second to get further.
+    monkeypatch.setattr("tuner.extensions.tails.run.plan_tail", interrupted)
     with pytest.raises(KeyboardInterrupt) as caught:
         tuner.tail(study, EVENTS, out=tmp_path / "new", threads=1, **SETTINGS)
     assert caught.value.__notes__ == ["give the command again"]
@@ -211,11 +212,11 @@ def test_a_scenario_without_noise_needs_one_flight(study):
     quiet = load_study(
         QUICKSTART,
         {
-            "scenario.0.duration": 1.5, "scenario.0.air": still, "scenario.0.spread": {},
+            "scenario.0.duration": 0.6, "scenario.0.air": still, "scenario.0.spread": {},
             "scenario.0.sensors": {"position": 0.0, "velocity": 0.0, "attitude": 0.0, "rate": 0.0},
         },
     )  # fmt: skip
-    event = tuner.tail(quiet, "failure").document.gains[0].events[0]
+    event = tuner.tail(quiet, "failure", to=0.05, width=5.0, most=1000).document.gains[0].events[0]
     assert event.high < 1.0
 
 

@@ -3,6 +3,9 @@
 import json
 import shutil
 
+import pytest
+
+import tuner as api
 from tests.tuner.cli.test_cli import refused
 from tests.tuner.experiments.again.killing import unsealed
 from tests.tuner.extensions.contests.experiments.contest_text import changed, write
@@ -21,7 +24,19 @@ def test_check_says_what_a_contest_would_fly(tmp_path, tuner):
     assert "LADRC (as given)" in " ".join(told.split())
 
 
-def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path, tuner):
+@pytest.fixture
+def planned_once(monkeypatch):
+    """Fly the pilots of a plan once, for its document and its text on the terminal."""
+    plan, made = api.plan, []
+
+    def remembered(*given, **named):
+        made[:] = made or [plan(*given, **named)]
+        return made[0]
+
+    monkeypatch.setattr(api, "plan", remembered)
+
+
+def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path, tuner, planned_once):
     """Against what the small contest flew: the search to the last flight, the rest not above what the plan allows."""
     result, folder = small_contest
     plan = json.loads(tuner("plan", write(tmp_path), "--json", "--threads", 2).stdout)

@@ -134,14 +134,13 @@ def test_contenders_with_the_same_controller_fly_alike(tmp_path, without_report)
 
 def test_same_bits_for_any_thread_count_and_others_for_another_seed(tmp_path, without_report):
     path = write(tmp_path, GIVEN_ONLY)
-    for name, threads, changes in (("one", 1, {}), ("three", 3, {}), ("again", 3, {}), ("seed", 1, {"seed": 4})):
+    for name, threads, changes in (("one", 1, {}), ("three", 3, {}), ("seed", 1, {"seed": 4})):
         run_small(path, tmp_path / name, threads, **changes)
     first = timeless(tmp_path / "one")
-    for name in ("three", "again"):
-        assert timeless(tmp_path / name) == first
-        for table in ("scores", "responses", "traces", "wind"):
-            one, other = (read_frame(tmp_path / folder / f"{table}.npz") for folder in ("one", name))
-            pd.testing.assert_frame_equal(one, other, check_exact=True)
+    assert timeless(tmp_path / "three") == first
+    for table in ("scores", "responses", "traces", "wind"):
+        one, other = (read_frame(tmp_path / folder / f"{table}.npz") for folder in ("one", "three"))
+        pd.testing.assert_frame_equal(one, other, check_exact=True)
     assert timeless(tmp_path / "seed")["estimates"] != first["estimates"]
     assert first["fronts"] is None
     assert first["best_under"] == []

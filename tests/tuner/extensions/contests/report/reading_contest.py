@@ -81,6 +81,20 @@ def read_once(folder):
     return read(folder)
 
 
+@lru_cache
+def data_once(folder):
+    """The data of such a page, parsed once; nobody changes them."""
+    return read_once(folder).data
+
+
+def near(values, wanted, share, least=0.0):
+    """Whether all values are as wanted but for a share, or `least`: as `pytest.approx` of as many, which takes 50 times as long."""
+    values, wanted = np.asarray(values), np.asarray(wanted)
+    return values.shape == wanted.shape and bool(
+        np.all(np.abs(values - wanted) <= np.maximum(share * np.abs(wanted), least))
+    )
+
+
 def markup_of(folder):
     """The page without its scripts, which are most of it."""
     return source_of(folder).split('<script type="application/json"')[0]
