@@ -57,6 +57,7 @@ NOT_NOUN = re.compile(
 )
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
+DOCUMENTED = (ast.Module, ast.ClassDef, *FUNCTIONS)
 BINDING = (ast.Name, ast.Attribute, ast.arg, ast.alias, ast.ClassDef, *FUNCTIONS)
 
 Documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
@@ -76,10 +77,10 @@ def places(tree: ast.Module) -> Iterator[Place]:
     for node in nodes:
         if isinstance(node, BINDING):
             yield from _names(node)
-        if isinstance(node, ast.Module | ast.ClassDef | FUNCTIONS[0] | FUNCTIONS[1]):
+        if isinstance(node, DOCUMENTED):
             yield from _docstring(node)
-        if isinstance(node, ast.Module | ast.ClassDef):
-            yield from _constants(node.body)
+            if not isinstance(node, FUNCTIONS):
+                yield from _constants(node.body)
     for line, text in sentences.messages(nodes):
         yield from (Place(rule, line, sentence) for rule, sentence in sentences.faults(text))
 
