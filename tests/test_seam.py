@@ -48,9 +48,7 @@ def asked(source):
 
 
 def test_nobody_asks_a_system_or_a_study_which_kind_it_is():
-    found = {
-        name: list(asked(text)) for name, text in sources("tuner", pattern="isinstance|issubclass|singledispatch")
-    }
+    found = {name: list(asked(text)) for name, text in sources("tuner", pattern="isinstance|issubclass|singledispatch")}
     assert {file: lines for file, lines in found.items() if lines} == {}
 
 
