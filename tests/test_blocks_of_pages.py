@@ -69,6 +69,7 @@ SLOW = {
     "docs/how_to/period_and_delay.md",
     "docs/how_to/plan_a_flight.md",
     "docs/how_to/start_from_a_run.md",
+    "docs/how_to/which_law.md",
     "docs/identify.md",
     "docs/log_to_gains.md",
     "docs/own_plant.md",
