@@ -1,6 +1,5 @@
 """What every search keeps: it starts where it is told, follows from its seed alone, stays in the cube, survives anything."""
 
-import hashlib
 import os
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from plant.seeds import generator
 from tests.tuner.search.search_runs import (
@@ -42,9 +42,9 @@ TOLD = [case for case in CASES if case[0] not in ("random", "sobol")]
 RANKED = [case for case in CASES if case[0] in ("cmaes", "differential_evolution", "random", "sobol")]
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture
 def other_process():
-    """Runs in a process of its own and two threads of linear algebra, where this one has one; started before the other tests."""
+    """Runs in a process of its own and two threads of linear algebra, where this one has one."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
     environment = os.environ | dict.fromkeys(names, "2")
     command = [sys.executable, "-m", "tests.tuner.search.search_runs", "2"]
@@ -355,22 +355,8 @@ def test_random_is_uniform():
     assert abs(chi - 63) < 5 * 126**0.5
 
 
-# First digits of the SHA-256 of 88 points by scipy.stats.qmc.Sobol of SciPy 1.17.1, which takes 2 s to read its table.
-SOBOL = {1: "fee82c338a052315", 2: "dba85deb895df77a", 18: "9badecd9941b4f5d"}
-
-
-@pytest.mark.parametrize("dimensions", SOBOL)
-def test_sobol_points_have_the_digest_of_those_of_scipy(dimensions):
-    drawn = Sobol(dimensions, generator(3, "test", dimensions))
-    points = np.concatenate([drawn.random(count) for count in (1, 0, 6, 64, 17)])
-    assert hashlib.sha256(points.tobytes()).hexdigest().startswith(SOBOL[dimensions])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("dimensions", SOBOL)
+@pytest.mark.parametrize("dimensions", [1, 2, 18])
 def test_sobol_points_are_those_of_scipy_to_the_last_bit(dimensions):
-    from scipy.stats import qmc
-
     drawn = Sobol(dimensions, generator(3, "test", dimensions))
     wanted = qmc.Sobol(dimensions, scramble=True, rng=generator(3, "test", dimensions))
     for count in (1, 0, 6, 64, 17):
