@@ -21,7 +21,7 @@ from plant.quadrotor.sensors import SensorSpec
 from plant.quadrotor.trim import steady_flight, trim_of, within_limits
 from plant.records import flatten, pack
 from plant.seeds import generator
-from tests.plant.harness import HUMMINGBIRD, TIMING, VEHICLES, H, default_gains, loop_of
+from tests.plant.harness import HUMMINGBIRD, TIMING, VEHICLES, H, default_gains, unmetered
 from tests.plant.pilot import Period, Quadrotor
 
 WIND = (6.0, -4.0, 0.5)
@@ -119,7 +119,7 @@ def test_a_flight_in_steady_wind_starts_in_its_trim_and_stays_there(position, at
         spread=Spread(mass=0.15, inertia=0.1, thrust=0.1, lag=0.2, centre=0.05),
     )
     drawn = sample_scenarios(spec, HUMMINGBIRD, TIMING, 5, SEARCH, range(4))
-    loop, trembles = loop_of(position, attitude), bool(TWISTING & {position, attitude})
+    loop, trembles = unmetered(position, attitude), bool(TWISTING & {position, attitude})
     # A low-pass in front of a term that trembles makes it swing; it is for the others here.
     options = ControlOptions(lag_aware=lag_aware, delay=delay, yaw_torque_cutoff=0.0 if trembles else cutoff)
     limits = Limits(5.0, cos(radians(80.0)))
