@@ -60,7 +60,7 @@ def sampled_views(metric: Any, plan: Plan) -> Iterator[AxisView | FlightView]:
 
 @lru_cache(maxsize=2)
 def _flown(plan: Plan) -> tuple[tuple[Sample, ...], tuple[Array, ...]]:
-    """Return the samples of a plan and the leaves of its bundled meters.
+    """Return the samples of a plan and the leaves of its meters.
 
     They are those of every metric, and three quarters of the time of its check. A metric may not write to the samples.
     """
