@@ -191,6 +191,8 @@ def compare(
             paired = firmware_flights(after, before, firmware, program, flights, threads, Path(place))
         metrics = [row for scores in paired for row in scores.rows]
         flown = compare_flights(metrics, [scores.loss for scores in paired])
+        # The tail of the position takes 80 flights, which the firmware may not have.
+        by_label = {row.label: row for row in metrics}
         rows.append(
             {
                 "pair": k,
@@ -202,8 +204,11 @@ def compare(
                 "lost": [[count.events for count in scores.lost] for scores in paired],
                 "sentence": document.sentence,
                 "differences": {
-                    row.label: [list(each.difference) if each.difference else None for each in (row, other)]
-                    for row, other in zip(document.metrics, metrics, strict=True)
+                    row.label: [
+                        list(each.difference) if each.difference else None for each in (row, by_label[row.label])
+                    ]
+                    for row in document.metrics
+                    if row.label in by_label
                 },
                 "seconds": sum(document.seconds.values()),
             }

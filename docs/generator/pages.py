@@ -20,21 +20,25 @@ OUTSIDE = {
 }
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
-    "Begin": ("installation", "tutorial", "tune_in_a_notebook", "reading_the_report", "how_to/troubleshooting"),
+    "Begin": (
+        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "questions",
+        "how_to/troubleshooting",
+    ),
     "Your vehicle": (
         "how_to/plan_a_flight", "identify", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
         "how_to/noise_and_battery", "airframes",
     ),
     "Limits and objectives": (
-        "how_to/objectives", "units", "how_to/limits", "how_to/which_point", "how_to/infeasible", "how_to/compare", "tails",
-        "how_to/start_from_a_run", "how_to/studio",
+        "how_to/objectives", "units", "how_to/limits", "how_to/study_size", "how_to/which_point", "how_to/infeasible",
+        "how_to/unstable_loop", "how_to/compare", "tails", "how_to/start_from_a_run", "how_to/studio",
     ),
     "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
     "Plants": (
-        "own_plant", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time", "examples/two_masses",
-        "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",
+        "own_plant", "cookbook", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time",
+        "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium",
+        "examples/rotorpy",
     ),
-    "Theory": ("laws", "model", "statistics", "paper"),
+    "Theory": ("laws", "model", "statistics", "evidence", "paper"),
     "Extend": (
         "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
         "how_to/add_an_extension", "architecture", "contributing",

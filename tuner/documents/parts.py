@@ -204,6 +204,11 @@ def on_page(row: Row, *names: str) -> Row:
     return in_shown_units(row) if is_level(row) else row_in_degrees(row, *names)
 
 
+def numbers_on_page(row: DocumentPart, numbers: np.ndarray) -> np.ndarray:
+    """Return numbers of a row's quantity in the units of the page."""
+    return DECIBEL.shown(numbers) if is_level(row) else numbers * in_degrees(row.unit).factor  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def scaled(row: Row, factor: float, *names: str) -> Row:
     """Return a row with these numbers times a factor, estimates with their ends; null stays null."""
     return row.model_copy(update={name: _times(getattr(row, name), factor) for name in names})

@@ -219,9 +219,13 @@ class TuningFolder(OpenedFolder[Summary]):
         files = table_files(folder)
         if not files:
             raise refuse(folder, "there is no generation in it")
-        rows = np.concatenate([TableFile(file).block(columns) for file in files], axis=0)
+        tables = [TableFile(file) for file in files]
+        rows = np.concatenate([table.block(columns) for table in tables], axis=0)
+        required = [f"requirement:{entry.label}" for entry in self.requirements]
+        limits = np.concatenate([table.block(["candidate", *required], optional=True)[:, 1:] for table in tables])
         split = 2 + len(gains)
-        return Candidates(rows[:, 0].astype(int), rows[:, 2:split], rows[:, split:] * self.factors, rows[:, 1] > 0.5)
+        objectives = rows[:, split:] * self.factors
+        return Candidates(rows[:, 0].astype(int), rows[:, 2:split], objectives, rows[:, 1] > 0.5, limits)
 
     @cached_property
     def progress(self) -> History:

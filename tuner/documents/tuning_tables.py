@@ -74,12 +74,16 @@ class HeldOutFront:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Everything the search tried: number (n,), gains (n, variables), values (n, objectives) as shown, feasible (n,)."""
+    """Everything the search tried: number (n,), gains (n, variables), values (n, objectives) as shown, feasible (n,).
+
+    requirements (n, requirements): limits that are known without flying, as in files; NaN where a folder does not have them.
+    """
 
     number: np.ndarray
     gains: np.ndarray
     values: np.ndarray
     feasible: np.ndarray
+    requirements: np.ndarray
 
 
 @dataclass(frozen=True)

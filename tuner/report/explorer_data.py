@@ -8,7 +8,7 @@
     points                             default and finalists: name, title in words, objectives as shown with their ends, gains,
                                        limited quantities, `texts`, and what differs in their gains files (`patch`)
     states                             what a point of each layer is
-    candidates                         what the search tried next to them: number, state, values, packed
+    candidates                         what the search tried next to them: number, state, values as of points, packed
     layers, pins                       how the points and pins look: label, marker and line of plotly.js
     responses                          {scenarios, flights: {SCENARIO: {POINT: number of its worst flight}}}, or null
     charts, arrays                     see `charts.web`
@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from tuner.documents.finalists import FINALIST_COLUMNS
-from tuner.documents.parts import on_page
+from tuner.documents.parts import numbers_on_page, on_page
 from tuner.documents.summary import TableRow, VariableRow
 from tuner.documents.tuning import SHOWN, TuningFolder
 from tuner.report.charts.chart import span_of
@@ -56,7 +56,7 @@ def explorer_data(
         "quantities": quantity_texts(results),
         "columns": [entry.about for entry in FINALIST_COLUMNS if entry.heading],
         "points": [_point(results, row, values[row]) for row in range(len(results.held_out_front.points))],
-        "candidates": _candidates(results),
+        "candidates": _candidates(results, limits),
         "layers": _layers(results),
         "pins": [{"marker": marker_of(look), "line": line_of(look)} for look in PINS],
         "margins": margin_heads(results) if results.loops else None,
@@ -130,13 +130,13 @@ def _point(results: TuningFolder, row: int, limited: np.ndarray) -> dict[str, ob
     }
 
 
-def _candidates(results: TuningFolder) -> dict[str, object]:
+def _candidates(results: TuningFolder, limits: list[TableRow]) -> dict[str, object]:
     tried, front = results.evaluated, results.held_out_front
     flown = front.candidates[[role != "default" for role in front.roles]]
     rows = thinned(np.flatnonzero(~(tried.feasible & np.isin(tried.number, flown))), MAX_CANDIDATES)
     state = np.where(tried.feasible[rows], SEARCHED, INFEASIBLE)
     state[tried.number[rows] == results.start] = START
-    values = np.concatenate([tried.values[rows], tried.gains[rows]], axis=1)
+    values = np.concatenate([tried.values[rows], tried.gains[rows], _limited(results, limits)[rows]], axis=1)
     return {
         "count": len(rows),
         "start": bool((state == START).any()),
@@ -144,6 +144,18 @@ def _candidates(results: TuningFolder) -> dict[str, object]:
         "state": packed(state, "u1"),
         "values": [singles(column) for column in values.T],
     }
+
+
+def _limited(results: TuningFolder, limits: list[TableRow]) -> np.ndarray:
+    """Return the limited quantities (candidates, limits) as shown; NaN: limits on flights, which are not recorded."""
+    tried = results.evaluated
+    required = {entry.label: i for i, entry in enumerate(results.document.required)}
+    out = np.full((len(tried.number), len(limits)), np.nan)
+    for k, entry in enumerate(limits):
+        if entry.kind == "requirement":
+            i = required[entry.label]
+            out[:, k] = numbers_on_page(results.document.required[i], tried.requirements[:, i])
+    return out
 
 
 def thinned(rows: np.ndarray, most: int) -> np.ndarray:

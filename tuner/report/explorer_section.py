@@ -116,7 +116,7 @@ def _choice(key: str, words: str, groups: Mapping[str, Sequence[tuple[int, str]]
 
 def _slices(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
     """Return the frame of the slices with the choice of both axes."""
-    text = "Candidates flown, whose other gains differ too; finalists alone for limits. Shaded: beyond a limit or the range."
+    text = "Candidates, whose other gains differ too; for limits on flights finalists alone. Shaded: beyond a limit or the range."
     groups = _axis_groups(results, limits)
     gains = {"Gains": groups.pop("Gains")}
     choices = (

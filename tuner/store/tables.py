@@ -58,9 +58,12 @@ class TableFile:
             raise refuse(self._file, f"the column '{name}' holds no {'rows of ' * rows}numbers")
         return values.astype(np.float64, copy=False)
 
-    def block(self, names: Sequence[str]) -> np.ndarray:
-        """Return columns of numbers (rows, columns)."""
-        return np.stack([self.numbers(name) for name in names], axis=1)
+    def block(self, names: Sequence[str], optional: bool = False) -> np.ndarray:
+        """Return columns of numbers (rows, columns); optional: any but the first is NaN where it is missing."""
+        first = self.numbers(names[0])
+        missing = np.full(len(first), np.nan)
+        others = [missing if optional and name not in self.names else self.numbers(name) for name in names[1:]]
+        return np.stack([first, *others], axis=1)
 
     def coded(self, name: str) -> Coded:
         """Return a column of texts."""

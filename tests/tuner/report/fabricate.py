@@ -142,6 +142,8 @@ def write_search(folder, made):
         columns |= {f"gain:{entry[0]}": gains_rows[:, i] for i, entry in enumerate(VARIABLES)}
         columns |= {f"objective:{label}": values[:, i] for i, label in enumerate(made.labels)}
         columns |= {"violation:mean(failure)": failed * 0.25, "failures": failed * 0.25, "feasible": ~failed}
+        if not made.old:
+            columns["requirement:phase_margin"] = np.where(failed, np.inf, np.radians(28.0 + columns["candidate"] % 17))
         (folder / "generations" / f"{generation:04d}.npz").write_bytes(npz_bytes(columns))
         flights = (generation + 1) * made.population * 32 * len(made.scenarios)
         volume = 0.55 * (1.0 - np.exp(-0.4 * (generation + 1)))

@@ -288,6 +288,17 @@ def test_a_slice_shows_every_candidate_and_shades_the_limit(reader):
     (shape,) = [one for one in reader.layout("slices")["shapes"] if one.get("xref") == "paper"]
     # Below 35 deg, which the study asks for.
     assert (shape["y0"], shape["y1"]) == pytest.approx((limit["low"], 35.0))
+    heights = {
+        int(name.split()[1]): y
+        for trace in reader.plotted("slices")
+        for name, y in zip(trace.get("ids", []), trace["y"], strict=False)
+        if name.startswith("candidate ")
+    }
+    for number, row in mine.iterrows():
+        margin = np.degrees(row["requirement:phase_margin"])
+        # An infinite margin has no place; beyond the axis no candidate is drawn.
+        if limit["low"] <= margin <= limit["high"]:
+            assert heights[int(str(number))] == pytest.approx(margin, rel=1e-6)
 
 
 def medians(reader):

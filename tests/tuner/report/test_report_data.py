@@ -119,10 +119,16 @@ def test_candidates_are_those_of_the_generations(folder):
     names = [f"objective:{code_of(entry)}" for entry in data["objectives"]]
     factors = [FACTORS[entry["unit"]] for entry in data["objectives"]] + [1.0] * len(data["variables"])
     names += [f"gain:{entry['name']}" for entry in data["variables"]]
+    # The search records margins of all candidates, but limits on flights only as what breaks them.
+    of_flights, margin = data["limits"]
+    assert code_of(of_flights) == "quantile95(peak.tilt)" and code_of(margin) == "phase_margin"
+    names, factors = [*names, "requirement:phase_margin"], [*factors, FACTORS[margin["unit"]]]
     numbers = unpacked(data["candidates"]["number"], "<u4")
     rows = table.loc[numbers]
-    for name, factor, packed in zip(names, factors, data["candidates"]["values"], strict=True):
-        assert_near(unpacked(packed, "<f4"), factor * rows[name].to_numpy(), rel=1e-6)
+    columns = [unpacked(packed, "<f4") for packed in data["candidates"]["values"]]
+    assert np.isnan(columns.pop(-2)).all()
+    for name, factor, column in zip(names, factors, columns, strict=True):
+        assert_near(column, factor * rows[name].to_numpy(), rel=1e-6)
     assert np.array_equal(unpacked(data["candidates"]["state"], "u1") == 1, rows["feasible"])
     finalists = {100 + k for k in range(1, 15)}
     assert set(table.index) - set(numbers) == {c for c in finalists if table.feasible[c]}

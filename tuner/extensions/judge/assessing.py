@@ -31,6 +31,7 @@ from tuner.extensions.judge.scenarios import (
     NOISE,
     POSITION,
     TILT,
+    YAW,
     JudgedScenario,
     judged_scenarios,
     noise_density,
@@ -245,6 +246,6 @@ def _setup(scenario: JudgedScenario, controller: Controller, flights: int, seed:
     return replace(
         setup,
         spec=scenario.spec,
-        metrics=[parse(name, setup.system.axes) for name in (FAILURE, TILT, NOISE, POSITION)],
+        metrics=[parse(name, setup.system.axes) for name in (FAILURE, TILT, YAW, NOISE, POSITION)],
         draws=(STREAM, range(max(flights // scenario.share, MIN_FLIGHTS))),
     )

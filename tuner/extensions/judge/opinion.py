@@ -41,6 +41,8 @@ FRAGILE_MS = 4.3
 CLASS_ADVICE = "that is the class's middle, and a tune fits one vehicle: give this one's airframe with --airframe"
 MAX_CLASS_LOSS = 0.5
 """Largest share of lost vehicles of a class."""
+MAX_ERROR_GROWTH = 1.0
+"""Growth of an error, as a share, that no gain elsewhere offsets: MPC_XY_P 0.0001 has +129 % of position for -5 % of noise."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,9 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
 
 
 def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | None]) -> str | None:
-    """Return the word on paired flights: that on losses where one file loses fewer, else on means; None for one file.
+    """Return the word on paired flights; None for one file.
+
+    Losses decide where one file has fewer, then errors that double, then all means.
 
     Args:
         metrics: Means over the flights of each scenario, with their words.
@@ -107,11 +111,22 @@ def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | No
         return None
     if (word := join_words(lost)) in (BETTER, WORSE, MIXED):
         return word
+    if any(map(has_doubled, metrics)):
+        return WORSE
     noise, control = (
         join_words([row.verdict for row in metrics if (row.metric == NOISE) == is_noise]) for is_noise in (True, False)
     )
     trades = {(BETTER, WORSE): SOFTER, (WORSE, BETTER): STIFFER}
     return trades.get((noise, control)) or join_words([row.verdict for row in metrics])
+
+
+def has_doubled(row: AssessedMetric) -> bool:
+    """Whether an error of the first flights has surely doubled.
+
+    After a step of torque the error goes with one over the gain: there it doubles with gains halved, which is a trade.
+    """
+    is_error = row.metric != NOISE and row.scenario is None
+    return is_error and row.difference is not None and row.difference.low >= MAX_ERROR_GROWTH
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:

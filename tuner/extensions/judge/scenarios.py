@@ -28,7 +28,7 @@ from plant.references.steps import Steps
 from tuner.extensions.autopilots.sources import GAINS
 from tuner.gains import Controller
 
-FAILURE, TILT, NOISE, POSITION = "failure", "rms.tilt", "noise", "rms.position"
+FAILURE, TILT, YAW, NOISE, POSITION = "failure", "rms.tilt", "rms.yaw", "noise", "rms.position"
 HAS_POSITION_LOOPS = ("px4", "ardupilot", GAINS)
 """Sources whose position loops are in the file; of others they are our defaults, and no part of the verdict."""
 FIRST_FLIGHT = ScenarioSpec(
@@ -100,7 +100,7 @@ def judged_scenarios(controller: Controller, source: str) -> list[JudgedScenario
     )
     manoeuvre = replace(calm, name="strong manoeuvre", duration=2.0, reference=MANOEUVRE)
     scenarios = [
-        JudgedScenario(first, (TILT, NOISE, *position), share=1),
+        JudgedScenario(first, (TILT, YAW, NOISE, *position), share=1),
         JudgedScenario(torque, (TILT,)),
         JudgedScenario(gust, (TILT, *position)),
         JudgedScenario(manoeuvre, (TILT,)),

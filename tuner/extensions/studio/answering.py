@@ -21,14 +21,7 @@ Document = dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """A session with what flies and judges its settings.
-
-    Attributes:
-        session: The opened study.
-        flights: Its flights.
-        loops: Its loops.
-        front: Points that a run has tried or recommends.
-    """
+    """An opened study with its flights, loops and points of a run."""
 
     session: Session
     flights: Flights

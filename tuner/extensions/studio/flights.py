@@ -73,12 +73,7 @@ class KeptFlights:
 
 
 class Flights:
-    """Flights of the settings of a study.
-
-    Args:
-        study: The study.
-        threads: Threads, by default one for each core.
-    """
+    """Flights of the settings of a study; threads: by default one for each core."""
 
     def __init__(self, study: TuningStudy, threads: int | None = None) -> None:
         self.study = study

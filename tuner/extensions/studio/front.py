@@ -20,11 +20,7 @@ AID = "Points of a run, and the setting as a circle. A click takes the gains of 
 
 
 class Front:
-    """Points of a run in the first two objectives.
-
-    Args:
-        session: The opened study.
-    """
+    """Points of a run in the first two objectives."""
 
     def __init__(self, session: Session) -> None:
         self.run = None if session.folder is None else RunFolder(session.folder, session.study)
@@ -43,9 +39,8 @@ class Front:
         base = self._base(self.run, objectives)
         x, *y = (np.array([np.nan if row["value"] is None else row["value"]]) for row in objectives)
         height = y[0] if y else np.full(1, 0.45)
-        place = Points(
-            name="here", look=LOOKS["here"], x=x, y=height, hover=["the setting at hand"], show={"layer": "here"}
-        )
+        hover, show = ["the setting at hand"], {"layer": "here"}
+        place = Points(name="here", look=LOOKS["here"], x=x, y=height, hover=hover, show=show)
         axes = stretched(base.x, x), base.y if base.rows else stretched(base.y, height)
         return [Panel(KEY, "Trade-off", *axes, [*base.marks, place], form="pair", rows=base.rows)]
 
@@ -77,17 +72,9 @@ class Front:
         for layer, mask in (("infeasible", ~feasible), ("searched", feasible)):
             rows = np.flatnonzero(mask & np.isfinite(columns[0]) & np.isfinite(columns[1]))[-MAX_CANDIDATES:]
             labels = [names[i] for i in rows]
-            look = LAYERS[layer][1]._replace(size=7)
-            marks.append(
-                Points(
-                    name=LAYERS[layer][0],
-                    look=look,
-                    x=columns[0][rows],
-                    y=columns[1][rows],
-                    labels=labels,
-                    hover=labels,
-                )
-            )
+            name, look = LAYERS[layer][0], LAYERS[layer][1]._replace(size=7)
+            x, y = (column[rows] for column in columns)
+            marks.append(Points(name=name, look=look, x=x, y=y, labels=labels, hover=labels))
         return Panel(KEY, "", axes[0], axes[1], marks, rows=is_ranking)
 
 

@@ -73,10 +73,8 @@ class Door:
     def headers(self) -> dict[str, str]:
         """Headers of the page."""
         allowed = " ".join(f"http://{name}:*" for name in NAMES) if self.embeds else "'none'"
-        return {
-            **HEADERS,
-            "Content-Security-Policy": POLICY.replace("frame-ancestors 'none'", f"frame-ancestors {allowed}"),
-        }
+        policy = POLICY.replace("frame-ancestors 'none'", f"frame-ancestors {allowed}")
+        return {**HEADERS, "Content-Security-Policy": policy}
 
     @property
     def cookie(self) -> str:
@@ -124,12 +122,7 @@ def _refused(code: int, text: str) -> Response:
 
 
 class Guard:
-    """Middleware that refuses strangers and long messages.
-
-    Args:
-        app: The application behind it.
-        door: Address and token.
-    """
+    """Middleware that refuses strangers and long messages to the application behind it."""
 
     def __init__(self, app: ASGIApp, door: Door) -> None:
         self._app, self._door = app, door
@@ -138,15 +131,10 @@ class Guard:
         """Answer a request."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
-            return
-        if scope["type"] != "http":
-            # No web socket is served.
-            return
-        refused = self._door.refusal(scope) or _too_long(Headers(scope=scope))
-        if refused is not None:
-            await refused(scope, receive, send)
-            return
-        await self._app(scope, limited(receive), send)
+        # No web socket is served.
+        elif scope["type"] == "http":
+            refused = self._door.refusal(scope) or _too_long(Headers(scope=scope))
+            await (self._app(scope, limited(receive), send) if refused is None else refused(scope, receive, send))
 
 
 def _too_long(headers: Headers) -> Response | None:

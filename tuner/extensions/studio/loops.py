@@ -26,6 +26,8 @@ Place = tuple[str, LoopMargins, Case]
 """Name of a steady state, the loops there, and an amplitude."""
 POINTS = 300
 """Frequencies of a curve; a chart has no more pixels."""
+COARSE = 4
+"""Step between the frequencies that are looked at first."""
 
 
 class LoopCurves:
@@ -83,10 +85,23 @@ class LoopCurves:
         return self._curves.get_or_make(key, lambda: self._worst(setting.row, channel))
 
     def _worst(self, row: Array, channel: str) -> Loop:
-        curves = [self._drawn(row, channel, place) for place in self._places]
-        worst = int(np.argmin([np.abs(1.0 + curve.response).min() for curve in curves]))
-        self._latest[channel] = self._places[worst]
-        return curves[worst]
+        """Return the curve that comes nearest to -1.
+
+        A quarter of the frequencies finds where each is nearest, those around it how near; 24 full curves took 0.2 s.
+        """
+        place = min(self._places, key=lambda each: self._distance(row, channel, each))
+        self._latest[channel] = place
+        return self._drawn(row, channel, place)
+
+    def _distance(self, row: Array, channel: str, place: Place) -> float:
+        _, model, case = place
+        w = self._frequencies
+
+        def distances(at: slice) -> Array:
+            return np.abs(1.0 + model.loop(row, channel, case, w[at]).loop)
+
+        near = COARSE * int(np.argmin(distances(slice(None, None, COARSE))))
+        return float(distances(slice(max(near - COARSE, 0), near + COARSE + 1)).min())
 
     def _drawn(self, row: Array, channel: str, place: Place) -> Loop:
         state, model, case = place

@@ -35,13 +35,7 @@ Answer = dict[str, Any]
 
 
 class Outputs:
-    """Files of settings.
-
-    Args:
-        bench: The opened study.
-        folder: Folder that takes all files.
-        present: Parameter file of what the vehicle flies at present, None without one.
-    """
+    """Files of settings in a folder; present: parameter file of what the vehicle flies at present, None without one."""
 
     def __init__(self, bench: Bench, folder: Path, present: Path | None = None) -> None:
         self._bench, self._folder, self._present = bench, folder, present
@@ -80,9 +74,8 @@ class Outputs:
         gains = self._gains(request.settings[0])
         study = self._bench.session.study if isinstance(gains, PlantGains) else None
         made = export(gains, target, place, previous=self._present, study=study, flights=EXPORT_FLIGHTS)
-        verdict = (
-            "rounding breaks no limit" if made.passed else "rounding violates a limit; do not fly it, see export.json"
-        )
+        broken = "rounding violates a limit; do not fly it, see export.json"
+        verdict = "rounding breaks no limit" if made.passed else broken
         return {"text": f"Written: {made.folder}; {verdict}.", "lines": list(made.document.lossy)}
 
     def study(self, request: PageRequest, message: Answer) -> Answer:

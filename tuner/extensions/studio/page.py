@@ -39,16 +39,11 @@ def blank_panels(session: Session) -> tuple[list[Panel], list[Panel]]:
     """Return the panels of responses and loops without marks."""
     signals = session.study.system.signals
     names = fans.shown_signals(list(signals))
+    titles = [fans.title(name, in_degrees(signals[name]).unit) for name in names]
+    forms = ["plot rotor" if fans.is_rotor(name) else "plot" for name in names]
     responses = [
-        Panel(
-            f"response-{k}",
-            fans.title(name, in_degrees(signals[name]).unit),
-            fans.TIME,
-            Axis(),
-            [],
-            form="plot rotor" if fans.is_rotor(name) else "plot",
-        )
-        for k, name in enumerate(names)
+        Panel(f"response-{k}", title, fans.TIME, Axis(), [], form=form)
+        for k, (title, form) in enumerate(zip(titles, forms, strict=True))
     ]
     # Of the limits the words below the charts depend on, not their channels.
     limits = shaded_limits([(entry.label, entry.limit) for entry in session.study.requirements], ())

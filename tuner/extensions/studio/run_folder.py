@@ -19,14 +19,7 @@ MAX_CANDIDATES = 5000
 
 @dataclass(frozen=True)
 class Generation:
-    """Candidates of one generation.
-
-    Attributes:
-        names: Names of the candidates.
-        gains: Values (n, variables).
-        values: Objectives (n, objectives) in shown units.
-        feasible: Mask (n,) of those within all limits.
-    """
+    """Candidates of one generation: names, gains (n, variables), objectives (n, objectives) as shown, mask of the feasible."""
 
     names: list[str]
     gains: Array
@@ -35,12 +28,7 @@ class Generation:
 
 
 class RunFolder:
-    """Folder of a run at work or ended.
-
-    Args:
-        path: The folder.
-        study: Study of the run.
-    """
+    """Folder of a run at work or ended, with its study."""
 
     def __init__(self, path: Path, study: TuningStudy) -> None:
         self.path, self._study = path, study

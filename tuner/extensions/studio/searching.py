@@ -34,12 +34,7 @@ Answer = dict[str, Any]
 
 
 class Searches:
-    """The search of a studio: one at a time.
-
-    Args:
-        bench: The opened study.
-        place: Checked place of a folder by its name, see `Outputs.place`.
-    """
+    """The search of a studio, one at a time; place: checked place of a folder by its name, see `Outputs.place`."""
 
     def __init__(self, bench: Bench, place: Callable[[Any, str], Path]) -> None:
         self._bench, self._place = bench, place
@@ -58,11 +53,8 @@ class Searches:
         with self._guard:
             if self.is_running:
                 raise InputError("a search is running already; stop it first")
-            self._start(
-                command_line(
-                    self._bench, folder, self._start_file(request) if message.get("from") == "setting" else None
-                )
-            )
+            starts = self._start_file(request) if message.get("from") == "setting" else None
+            self._start(command_line(self._bench, folder, starts))
             self._bench.front.run = RunFolder(folder, self._bench.session.study)
         return {"text": f"Started: {folder}"}
 
@@ -164,15 +156,8 @@ def command_line(bench: Bench, folder: Path, starts: Path | None) -> list[str]:
         [str(entry.file.resolve()) for entry in HAVE_RUN.values()] if (study.parent.parent / RECORD).exists() else []
     )
     code = [word for file in named for word in ("--code", file)]
-    return [
-        *code,
-        "run",
-        str(study),
-        "--out",
-        str(folder),
-        "--json",
-        *([] if starts is None else ["--starts", str(starts)]),
-    ]
+    begin = [] if starts is None else ["--starts", str(starts)]
+    return [*code, "run", str(study), "--out", str(folder), "--json", *begin]
 
 
 def progress_of(line: str) -> dict[str, Any] | None:

@@ -26,11 +26,12 @@ from tuner.extensions.studio.outputs import Outputs
 from tuner.extensions.studio.page import page_text, script, styles
 from tuner.extensions.studio.searching import Searches
 from tuner.extensions.studio.session import Session
+from tuner.extensions.studio.similarity import Similarity
 from tuner.extensions.studio.work import Work, line
 
 PROGRESS_SECONDS = 0.4
 """Time [s] between two lines of progress while the page waits."""
-STAGES_AFTER = dict(zip(STAGES, (0.0, 0.15, 0.3), strict=True))
+STAGES_AFTER = dict(zip(STAGES, (0.0, 0.15, 0.05), strict=True))
 """Flights of a stage -> time [s] that a setting rests before they begin."""
 LINES = "application/x-ndjson"
 
@@ -40,7 +41,8 @@ class Studio:
 
     def __init__(self, work: Work, door: Door, outputs: Outputs) -> None:
         self.work, self.door, self.outputs = work, door, outputs
-        self.rules = Rules(work.bench.session)
+        session = work.bench.session
+        self.rules = Similarity(session) if session.has_rotors else Rules(session)
         self.searches = Searches(work.bench, outputs.place)
 
     def app(self) -> Guard:

@@ -31,13 +31,7 @@ ROUNDING = 1e-9
 
 
 class Setting(NamedTuple):
-    """A named gains row.
-
-    Attributes:
-        name: Name in charts, tables and legends.
-        row: Gains row (g,).
-        key: Key of its look and of its switch on the page.
-    """
+    """A gains row (g,) with its name in charts and tables; key: of its look and of its switch on the page."""
 
     name: str
     row: np.ndarray
@@ -115,13 +109,8 @@ class Session:
         return self.study.kind == Study.kind
 
 
-def gains_of_quadrotor(study: Study, row: np.ndarray) -> Gains:
-    """Return a gains row (g,) of a quadrotor's study as gains."""
-    return gains_of(study.controller(row), {"study": study.origin("studio")})
-
-
 GAINS: Mapping[str, Callable[[Any, np.ndarray], Gains]] = {
-    Study.kind: gains_of_quadrotor,
+    Study.kind: lambda study, row: gains_of(study.controller(row), {"study": study.origin("studio")}),
     PlantStudy.kind: gains_of_plant,
 }
 """Kind of study -> function that returns a gains row as gains."""

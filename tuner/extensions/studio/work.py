@@ -56,11 +56,7 @@ class Latest:
 
 
 class Work:
-    """Answers of a bench, one at a time in a thread.
-
-    Args:
-        bench: Session with flights and loops.
-    """
+    """Answers of a bench, one at a time in a thread."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.notes, self.latest = bench, Notes(), Latest()

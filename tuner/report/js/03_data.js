@@ -49,7 +49,7 @@ const heading = (name) => wordsOf(name).replace(/^[a-z](?=.* )/, (letter) => let
 
 let candidateRows = null;
 
-// What the search tried beside the finalists, at search values; unpacked when it is first asked for.
+// What the search tried beside the finalists, at search values; NaN for limits on flights. Unpacked when it is first asked for.
 function candidates() {
   if (candidateRows) return candidateRows;
   const { number, state, values } = data.candidates;

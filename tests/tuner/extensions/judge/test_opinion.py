@@ -62,7 +62,17 @@ def evidence(known=True, **parts):
 
 ALONE = {"scenarios": [lost(0, None, None)], "metrics": []}
 TORQUE = metric("rms.tilt", 1.3, 1.2, 1.4, scenario="torque step")
+DRIFT = metric("rms.position", 1.29, 1.2, 1.4)
 CASES = {
+    "less noise, and the position drifts by twice as much": (
+        {"metrics": [metric("noise", -0.0465, -0.05, -0.04), DRIFT]}, "worse",
+    ),
+    "less noise, and the position perhaps drifts by twice as much": (
+        {"metrics": [metric("noise", -0.0465, -0.05, -0.04), metric("rms.position", 1.1, 0.9, 1.3)]}, "quieter and softer",
+    ),
+    "twice the noise, and the position drifts less": (
+        {"metrics": [metric("noise", 1.29, 1.2, 1.4), metric("rms.position", -0.2, -0.25, -0.15)]}, "stiffer and louder",
+    ),
     "nothing changes": ({}, "not distinguishable"),
     "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),
     "attitude follows a little closer": ({"metrics": [metric("rms.tilt", -0.06, -0.08, -0.04)]}, "better"),

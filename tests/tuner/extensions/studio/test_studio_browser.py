@@ -108,6 +108,20 @@ def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(reader):
     reader.rest()
 
 
+def test_the_slider_of_a_rule_moves_the_gains_together(reader):
+    page = reader.page
+    before = [page.input_value(f"#field-{i}") for i in range(3)]
+    page.focus("#design-time")
+    page.keyboard.press("PageDown")
+    reader.rest()
+    page.wait_for_selector("#undo:not([disabled])")
+    after = [page.input_value(f"#field-{i}") for i in range(3)]
+    assert after[0] != before[0] and "the range ends at" in page.inner_text("#design")
+    page.keyboard.press("Control+z")
+    reader.rest()
+    assert [page.input_value(f"#field-{i}") for i in range(3)] == before
+
+
 @pytest.mark.slow
 def test_many_moves_end_with_the_answer_to_the_last(reader, client):
     page = reader.page

@@ -1,7 +1,8 @@
-// Two sliders that move all gains of a plant together, through a rule of `tuner design`.
+// Sliders that move many gains together: a rule of `tuner design` for a plant, similarity in time for a quadrotor.
 
-function ruleSlider(id, label, low, high, at, unit, step, moved) {
-  const scale = { low, high, scale: "log", step };
+function ruleSlider({ key, label, low, high, at, unit }, moved) {
+  const id = `design-${key}`;
+  const scale = { low, high, scale: "log", step: unit ? 0 : 0.01 };
   const shown = make("output", { for: id, class: "number" });
   const slider = make("input", { type: "range", id, min: "0", max: String(SLIDER_STEPS), value: String(Math.round(SLIDER_STEPS * shareOf(scale, at))) });
   const value = () => valueFor(scale, Number(slider.value) / SLIDER_STEPS);
@@ -12,7 +13,7 @@ function ruleSlider(id, label, low, high, at, unit, step, moved) {
   slider.addEventListener("input", () => { tell(); moved(); });
   slider.addEventListener("change", remember);
   tell();
-  return { value, row: make("div", { class: "gain" }, make("div", { class: "gain-head" }, make("label", { for: id }, label), shown), slider,
+  return { key, value, row: make("div", { class: "gain" }, make("div", { class: "gain-head" }, make("label", { for: id }, label), shown), slider,
     make("div", { class: "gain-ends below" }, make("span", {}, significant(low)), make("span", {}, significant(high)))) };
 }
 
@@ -24,21 +25,26 @@ function startDesign() {
     return;
   }
   const note = make("p", { class: "aid", role: "status" });
-  const state = { busy: false, again: false };
+  const at = () => Object.fromEntries(sliders.map(({ key, value }) => [key, value()]));
+  const state = { busy: false, again: false, made: null, values: null, from: null, at: null };
   const move = async () => {
     if (state.busy) { state.again = true; return; }
-    Object.assign(state, { busy: true, again: false });
-    const { values, text, error } = await answered("/design", { time: time.value(), robustness: robustness.value() });
+    // Values that were moved otherwise are those of the sliders as they were.
+    if (studio.values !== state.made) Object.assign(state, { values: studio.values, from: state.at });
+    Object.assign(state, { busy: true, again: false, at: at() });
+    const { values, text, error } = await answered("/design", { values: state.values, from: state.from, at: state.at });
     state.busy = false;
     note.textContent = error ?? text;
     if (values) {
       studio.values = { ...studio.values, ...values };
+      state.made = studio.values;
       studio.study.gains.forEach(showGain);
       request();
     }
     if (state.again) move(); else remember();
   };
-  const time = ruleSlider("design-time", "Closed-loop time", design.low, design.high, Math.sqrt(design.low * design.high), "s", 0, move);
-  const robustness = ruleSlider("design-robustness", "Robustness", ...design.robustness, 1, "", 0.01, move);
-  byId("design").replaceChildren(make("h3", {}, `Speed and robustness (${design.method})`), time.row, robustness.row, note);
+  const sliders = design.sliders.map((slider) => ruleSlider(slider, move));
+  state.at = at();
+  byId("design").replaceChildren(make("h3", {}, `Speed and robustness (${design.method})`), ...sliders.map(({ row }) => row), note,
+    ...(design.note ? [make("p", { class: "aid" }, design.note)] : []));
 }
