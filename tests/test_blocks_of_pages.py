@@ -73,6 +73,7 @@ SLOW = {
     "docs/how_to/start_from_a_run.md",
     "docs/how_to/study_size.md",
     "docs/how_to/unstable_loop.md",
+    "docs/how_to/which_law.md",
     "docs/identify.md",
     "docs/log_to_gains.md",
     "docs/own_plant.md",

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from importlinter import cli
 
+from tests.sources import sources, walk
+
 ROOT = Path(__file__).parents[1]
 CONFIG = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
 
@@ -50,10 +52,9 @@ def test_only_the_package_its_command_and_the_record_of_extensions_lie_loose():
 
 def test_all_imports_are_absolute():
     relative = [
-        str(path)
-        for package in ("plant", "objectives", "tuner")
-        for path in (ROOT / package).rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        name
+        for name, text in sources(pattern=r"from[\s\\]+\.")
+        for node in walk(ast.parse(text))
         if isinstance(node, ast.ImportFrom) and node.level
     ]
     assert relative == []

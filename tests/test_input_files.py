@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -12,6 +13,7 @@ from plant.errors import InputError, ToolError
 from plant.input_files import MAX_TEXT_BYTES, InputFile, file_sha256, given_text, read_input, read_input_text
 from plant.quadrotor.airframes import load
 from plant.references.waypoint_file import read_waypoints
+from tests.sources import sources, walk
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
 from tuner.api.run_report import last_generation
@@ -184,6 +186,9 @@ OWN = {
     "tuner/extensions/scaffold/writing.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
+SPAWN = "subprocess"
+# Names of functions that a rule of this file looks at.
+CALLED = NAMES | {"write_text", SPAWN}
 # Calls of those names that open no file by its name to read it.
 HARMLESS = (
     "BytesIO(",
@@ -208,14 +213,19 @@ def reads(node):
 
 @cache
 def calls():
-    """Name of a source file -> its calls."""
-    files = [path for part in ("plant", "objectives", "tuner") for path in (ROOT / part).rglob("*.py")]
+    """Name of a source file -> its calls of functions that open a file or start a process."""
     return {
-        file.relative_to(ROOT).as_posix(): [
-            node for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
-        ]
-        for file in files
+        name: [node for node in walk(ast.parse(text)) if isinstance(node, ast.Call) and callee(node) in CALLED]
+        for name, text in sources(pattern="|".join(map(re.escape, CALLED)))
     }
+
+
+def callee(node):
+    """Last name of a called function; of what lies in `subprocess` that one."""
+    function = node.func.value if isinstance(node.func, ast.Subscript) else node.func
+    if not isinstance(function, ast.Attribute):
+        return getattr(function, "id", "")
+    return SPAWN if getattr(function.value, "id", "") == SPAWN else function.attr
 
 
 def test_nothing_else_opens_a_file_for_reading():

@@ -12,6 +12,7 @@ import pytest
 
 from plant.errors import StoreError
 from plant.output_files import open_in_place, replace_file, write_new_file
+from tests.sources import sources, walk
 from tests.tuner.conftest import QUICKSTART, run_small
 from tests.tuner.extensions.trials.bench import bowls
 from tests.tuner.in_process import tuner as in_this_process
@@ -310,8 +311,8 @@ def writes(node):
 
 def test_nothing_else_writes_a_file():
     found = []
-    for file in [path for part in ("plant", "objectives", "tuner") for path in (ROOT / part).rglob("*.py")]:
-        if (name := file.relative_to(ROOT).as_posix()) not in OWN:
-            calls = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
+    for name, text in sources(pattern=r"\b(?:open|{})\b".format("|".join(WRITES))):
+        if name not in OWN:
+            calls = [node for node in walk(ast.parse(text)) if isinstance(node, ast.Call)]
             found += [f"{name}:{node.lineno} {ast.unparse(node)[:60]}" for node in calls if writes(node)]
     assert not found

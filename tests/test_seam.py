@@ -1,11 +1,11 @@
 """The seam between quadrotor, plant and FMU: whoever asks a system or a study asks a member, and never which kind it is."""
 
 import ast
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.sources import sources, walk
+
 KINDS = {
     "FlownSystem",
     "System",
@@ -31,7 +31,7 @@ KINDS = {
 
 def asked(source):
     """Lines of a source that dispatch on a type, or ask for the kind of a system or a study."""
-    for node in ast.walk(ast.parse(source)):
+    for node in walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and any("singledispatch" in alias.name for alias in node.names):
             yield node.lineno
         if isinstance(node, ast.Attribute) and node.attr.startswith("singledispatch"):
@@ -48,10 +48,7 @@ def asked(source):
 
 
 def test_nobody_asks_a_system_or_a_study_which_kind_it_is():
-    found = {
-        str(file.relative_to(ROOT)): list(asked(file.read_text(encoding="utf-8")))
-        for file in sorted((ROOT / "tuner").rglob("*.py"))
-    }
+    found = {name: list(asked(text)) for name, text in sources("tuner", pattern="isinstance|issubclass|singledispatch")}
     assert {file: lines for file, lines in found.items() if lines} == {}
 
 

@@ -109,9 +109,16 @@ def _in_casadi(law: Law) -> Callable[[list[Sample]], np.ndarray]:
 
 
 def _compiled(law: Law) -> Callable[[list[Sample]], np.ndarray]:
-    native = {function: lanes.compiled(function) for function in (law.prepare, law.step)}
+    prepare, step = law.prepare, law.step
+
+    def both(gains: Any, memory: Any, channel: Any, setpoint: Any, measured: Any, applied: Any, h: float) -> Any:
+        return step(memory, prepare(gains, h), channel, setpoint, measured, applied, h)
+
+    # One function is compiled in two thirds of the time of two.
+    native = lanes.compiled(both)
 
     def evaluate(cases: list[Sample]) -> np.ndarray:
-        return np.array([_run(native.__getitem__, law, case) for case in cases])
+        results = [native(case.gains, case.memory, *case.inputs, H) for case in cases]
+        return np.array([[command, *flatten(memory)] for command, memory in results])
 
     return evaluate

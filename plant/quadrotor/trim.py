@@ -29,6 +29,8 @@ BALANCED = 1e-11
 STEP = 1e-6
 # Largest part of a step that is taken in an angle [rad]: drag that grows with tilt is no straight line.
 LARGEST_TURN = 0.3
+# Vehicles at most whose balance is kept for the next call: the lanes of a block of scenarios, 50 KB.
+MAX_KEPT_ROWS = 64
 
 
 class SteadyFlight(NamedTuple):
@@ -53,7 +55,26 @@ def _body_rate() -> Any:
 
 
 def steady_flight(rows: Array, wind: Array, yaw: float = 0.0) -> SteadyFlight:
-    """Balance vehicles with dynamics rows (n, size of `Dynamics`) in winds (n, 3) [m/s], world ENU, at a yaw [rad]."""
+    """Balance vehicles with dynamics rows (n, size of `Dynamics`) in winds (n, 3) [m/s], world ENU, at a yaw [rad].
+
+    The arrays are read-only where there are few rows: studies and scenarios that are loaded again have the same ones.
+    """
+    if not 0 < len(rows) <= MAX_KEPT_ROWS:
+        return _flight(rows, wind, yaw)
+    given = (np.ascontiguousarray(part, dtype=float).tobytes() for part in (rows, wind))
+    return _balanced(*given, len(rows), float(yaw))
+
+
+@lru_cache(maxsize=64)
+def _balanced(rows: bytes, wind: bytes, count: int, yaw: float) -> SteadyFlight:
+    """Balance the vehicles of dynamics rows in winds: half of a study's loading, which a process repeats."""
+    flight = _flight(np.frombuffer(rows).reshape(count, -1), np.frombuffer(wind).reshape(count, 3), yaw)
+    for part in flight:
+        part.flags.writeable = False
+    return flight
+
+
+def _flight(rows: Array, wind: Array, yaw: float) -> SteadyFlight:
     f = pack(Dynamics, rows.T)
     hover = np.sqrt(f.gravity / (4.0 * f.inverse_mass * f.thrust_coefficient))
     x = level = np.concatenate([np.zeros((len(rows), 2)), np.repeat(hover[:, None], 4, axis=1)], axis=1)
@@ -76,17 +97,7 @@ def steady_flight(rows: Array, wind: Array, yaw: float = 0.0) -> SteadyFlight:
 
 def trim_of(vehicle: Vehicle, wind: Sequence[float], yaw: float = 0.0) -> SteadyFlight:
     """Balance one vehicle in one wind [m/s], world ENU: read-only rows of one."""
-    return _balanced(np.array(flatten(dynamics(vehicle))).tobytes(), np.array([*wind, yaw], dtype=float).tobytes())
-
-
-@lru_cache(maxsize=64)
-def _balanced(row: bytes, air: bytes) -> SteadyFlight:
-    """Balance the vehicle of a dynamics row in an air (wind and yaw): half of a study's loading, which a process repeats."""
-    *wind, yaw = np.frombuffer(air).tolist()
-    flight = steady_flight(np.frombuffer(row)[None], np.array([wind]), yaw)
-    for part in flight:
-        part.flags.writeable = False
-    return flight
+    return steady_flight(np.array([flatten(dynamics(vehicle))]), np.array([wind], dtype=float), yaw)
 
 
 def within_limits(flight: SteadyFlight, nominal: Nominal) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ import shutil
 import tomllib
 import zipfile
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 from unittest.mock import patch
@@ -17,6 +18,7 @@ from tests.golden.steps import LOG, STUDIES, Step
 from tests.tuner.in_process import called
 from tests.undrawn import undrawn
 from tuner.cli.main import app
+from tuner.exchange.c99.golden import golden
 
 ROOT = Path(__file__).parents[2]
 FEW_ROWS = 2
@@ -96,7 +98,9 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
     uncompiled = patch("tuner.extensions.fmi.archive.compiler", return_value=None)
     # Points a side of maps that are drawn and kept nowhere else: five of the nine seconds of margins.
     coarse = patch("tuner.analysis.margins.mismatch.POINTS", 3)
-    with contextlib.chdir(folder), undrawn(), uncompiled, coarse:
+    # Vectors of bundles are kept nowhere either.
+    few = patch("tuner.exchange.c99.export.golden", partial(golden, steps=16))
+    with contextlib.chdir(folder), undrawn(), uncompiled, coarse, few:
         for step in steps:
             code, said, told = called(*step.arguments)
             answer = {"command": " ".join(("tuner", *step.arguments)), "exit": code}

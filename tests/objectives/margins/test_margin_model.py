@@ -48,7 +48,7 @@ def values(margins):
 @pytest.mark.parametrize("name", LAWS)
 def test_no_candidate_gives_nan_and_an_unstable_one_no_margin(name):
     model = model_of(name, name, cases=DEFAULT_CASES)
-    m = model.evaluate(random_gains(name, name, 30, 1, 3.0))
+    m = model.evaluate(random_gains(name, name, 10, 1, 3.0))
     found = values(m)
     assert not np.isnan(found).any()
     assert not np.isnan([getattr(m, each).frequency for each in NAMES]).any()
@@ -96,15 +96,14 @@ def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monk
     """On vehicles that are not the nominal one, where steady flight is found by iteration."""
     corners = spread_corners(HUMMINGBIRD, Spread(mass=0.15, inertia=0.2, thrust=0.1, lag=0.3))[6:11:4]
     model = model_of(pair[0], pair[1], trim=trim, cases=(Case(0.0), Case(0.2), Case(None)), others=corners)
-    gains = random_gains(pair[0], pair[1], 4, 2, 0.5)
+    gains = random_gains(pair[0], pair[1], 3, 2, 0.5)
     whole = model.evaluate(gains)
     assert whole.stable.any()
-    order = np.array([2, 0, 3, 1])
+    assert_same_bits(model.evaluate(gains[1:2]), whole, slice(1, 2))
+    # In another order, and in two parts.
+    order = np.array([2, 0, 1])
+    monkeypatch.setattr("objectives.margins.loop_margins.CHUNK", 2)
     assert_same_bits(model.evaluate(gains[order]), whole, order)
-    for i in range(len(gains)):
-        assert_same_bits(model.evaluate(gains[i : i + 1]), whole, slice(i, i + 1))
-    monkeypatch.setattr("objectives.margins.loop_margins.CHUNK", 3)
-    assert_same_bits(model.evaluate(gains), whole, slice(None))
 
 
 @pytest.mark.parametrize("pair", [("pid", "ladrc"), ("ladrc", "hybrid")], ids="-".join)

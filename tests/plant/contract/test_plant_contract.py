@@ -10,7 +10,7 @@ RATE = "torque = p.constant * current - p.friction * state.speed + disturbance.t
 
 
 # Of each second of theirs most is compiling; the others are checked by .ci/run, and fly in tests of their own.
-QUICK = ("dc_motor", "modal")
+QUICK = ("modal",)
 
 
 @pytest.mark.parametrize(

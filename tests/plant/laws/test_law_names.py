@@ -1,20 +1,18 @@
 """Laws tell of themselves: nothing outside plant/laws has to know one by its name, but exporters of what their target has."""
 
 import ast
-from pathlib import Path
+import re
 
 from plant.law_registry import LAWS
-
-ROOT = Path(__file__).parents[3]
+from tests.sources import sources, walk
 
 
 def named_in(package: str) -> set[str]:
     """Files of a package with the name of a law as a text of its own."""
-    files = sorted((ROOT / package).rglob("*.py"))
     return {
-        file.relative_to(ROOT).as_posix()
-        for file in files
-        if any(isinstance(node, ast.Constant) and node.value in LAWS for node in ast.walk(ast.parse(file.read_text())))
+        name
+        for name, text in sources(package, pattern="|".join(map(re.escape, LAWS)))
+        if any(isinstance(node, ast.Constant) and node.value in LAWS for node in walk(ast.parse(text)))
     }
 
 

@@ -15,7 +15,7 @@ from plant.laws.law import HELD_COMMAND, Law
 from plant.loop import Timing
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.status import Status
-from tests.plant.harness import HUMMINGBIRD, LIMITS, TARGETS, batch, default_gains, loop_of, references, scenario
+from tests.plant.harness import HUMMINGBIRD, LIMITS, TARGETS, batch, default_gains, references, scenario, unmetered
 
 each_law = pytest.mark.parametrize("entry", LAWS.values(), ids=LAWS)
 # The backends' agreement has its own tests, beside that of whole cascades.
@@ -51,7 +51,7 @@ def test_default_gains_hold_the_hummingbird_through_a_blow(entry: Law) -> None:
     """Hit for 0.4 s by 2 m/s2 sideways and 8 rad/s2 in roll and pitch, a law that rejects disturbances has it level and on
     its way back 3 s later. RK4 at 4 ms is accurate to 1e-4 here, with rotor lags of 20 ms.
     """
-    loop, steps = loop_of(entry.name, entry.name), round(3.4 / H)
+    loop, steps = unmetered(entry.name, entry.name), round(3.4 / H)
     air = np.zeros((1, steps, 12))
     air[0, :100, 6:8], air[0, :100, 9:11] = 2.0, 8.0
     inputs = scenario(batch([HUMMINGBIRD], air, np.zeros((1, steps, 12)), references(steps)), 0)

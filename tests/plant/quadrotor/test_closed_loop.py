@@ -35,6 +35,7 @@ from tests.plant.harness import (
     loop_of,
     references,
     scenario,
+    unmetered,
 )
 
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -119,7 +120,7 @@ def test_codes_are_the_places_in_the_enum_and_values_are_sentences() -> None:
 
 
 def test_a_status_once_met_is_kept_and_the_meters_stand_still() -> None:
-    know, loop = nominal(HUMMINGBIRD, ControlOptions(), H), loop_of("pid", "pid")
+    know, loop = nominal(HUMMINGBIRD, ControlOptions(), H), unmetered("pid", "pid")
     # Sideways blasts of 30 m/s2: away beyond 0.2 m first, tilted beyond the limit and back later.
     air = calm(250)
     air[0, 25:75, 6], air[0, 100:200, 9] = 30.0, 40.0
@@ -138,7 +139,7 @@ def test_a_status_once_met_is_kept_and_the_meters_stand_still() -> None:
 @pytest.mark.parametrize("pair", PAIRS, ids="-".join)
 def test_a_delay_of_one_period_is_one_period(pair: tuple[str, str]) -> None:
     """A reference that jumps at instant 10 changes the motion from instant 11 on, with delay from 12 on."""
-    loop, jump, steps = loop_of(*pair), 10, 15
+    loop, jump, steps = unmetered(*pair), 10, 15
     asked = references(steps, z=0.0)
     asked[jump:, 2] = 0.5
     first = {}
@@ -162,7 +163,7 @@ def test_in_calm_air_hover_is_held_to_rounding(pair: tuple[str, str], name: str)
     # Rounding of the thrust sum, 1e-15 g, over 0.2 s: 1e-16 m; attitude loops multiply that of their torques by at
     # most 1e3.
     know, vehicle = nominal(VEHICLES[name], ControlOptions(delay=True), H), VEHICLES[name]
-    last = history(loop_of(*pair), batch([vehicle], calm(50), calm(50), references(50)), know)[-1]
+    last = history(unmetered(*pair), batch([vehicle], calm(50), calm(50), references(50)), know)[-1]
     np.testing.assert_allclose(flatten(last.body)[:13], [0.0] * 6 + [1.0] + [0.0] * 6, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(last.pending, know.hover, rtol=1e-11)
     assert last.end_time == pytest.approx(50 * H, rel=1e-12)
@@ -214,7 +215,7 @@ def test_the_observers_are_told_what_the_rotors_deliver(delay: bool) -> None:
     # 2.2 % (yaw, which swings the rotors most) of the acceleration; with a mean or an end of the period that is wrong, 5 %
     # and more.
     vehicle = HUMMINGBIRD._replace(drag_linear=ZERO, drag_quadratic=ZERO, rotor_inertia=0.0)
-    know, loop = nominal(vehicle, ControlOptions(delay=delay), H), loop_of("ladrc", "ladrc")
+    know, loop = nominal(vehicle, ControlOptions(delay=delay), H), unmetered("ladrc", "ladrc")
     steps = 250
     t = np.arange(steps) * H
     asked = references(steps, hold=0.0)
@@ -250,7 +251,7 @@ STEPS = 60
 
 def end_of(pair: tuple[str, str], air: Array, noise: Array, reference: Array) -> Array:
     """Body states (lanes, 17) at the end of flights in numpy."""
-    loop = loop_of(*pair)
+    loop = unmetered(*pair)
     inputs = batch([HUMMINGBIRD] * len(air), air, noise, reference)
     know = nominal(HUMMINGBIRD, ControlOptions(delay=True), H)
     last = fly_steps(loop, array.rebinder(), default_gains(loop), know, inputs, TARGETS, LIMITS, TIMING)

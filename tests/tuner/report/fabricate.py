@@ -3,8 +3,10 @@
 import csv
 import json
 from dataclasses import dataclass
+from functools import lru_cache
 from math import radians
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -71,7 +73,25 @@ def fabricate(
     folder: Path, objectives=2, scenarios=("gusts",), title="Quickstart: hold a hover", responses=True, **more
 ):
     """Write a results folder and return its path; more: further fields of `Made`."""
-    made = Made(objectives, scenarios, title, np.random.default_rng(20250509), **more)
+    for name, content in files_of(objectives, tuple(scenarios), title, responses, **more).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return folder
+
+
+@lru_cache(maxsize=8)
+def files_of(objectives, scenarios, title, responses, **more) -> dict[str, bytes]:
+    """Return the files of a folder, made once: most tests have one of a few."""
+    with TemporaryDirectory() as base:
+        made_up(
+            folder := Path(base), Made(objectives, scenarios, title, np.random.default_rng(20250509), **more), responses
+        )
+        files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def made_up(folder: Path, made: Made, responses: bool) -> None:
+    """Write the files of a folder."""
     (folder / "generations").mkdir(parents=True)
     (folder / "study.toml").write_text('title = "made up"\nseed = 2025\n', encoding="utf-8")
     write_search(folder, made)
@@ -91,7 +111,6 @@ def fabricate(
     if not made.old:
         write_constraints(folder, made, front)
         write_margins(folder, made)
-    return folder
 
 
 def trade_off(made, n, spread):

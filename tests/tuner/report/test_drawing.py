@@ -118,7 +118,7 @@ def alive(number):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-@pytest.mark.parametrize("begun", [False, True])
+@pytest.mark.parametrize("begun", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_it_ends_with_its_parent_and_leaves_nothing(tmp_path, begun):
     folder = fabricate(tmp_path / "made-up", objectives=2)
     before = sorted(folder.rglob("*"))

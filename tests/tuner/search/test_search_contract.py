@@ -32,14 +32,19 @@ from tuner.search.sobol import Sobol
 ROOT = Path(__file__).parents[3]
 every = pytest.mark.parametrize(("name", "objectives"), CASES)
 every_and_more = pytest.mark.parametrize(("name", "objectives"), MORE_CASES)
+# A model of each of four objectives takes a second and shows what two do; that it can be searched at all is asked of it too.
+every_and_less = pytest.mark.parametrize(
+    ("name", "objectives"),
+    [pytest.param(*case, marks=pytest.mark.slow if case == ("gaussian_process", 4) else ()) for case in MORE_CASES],
+)
 # What uses what it is told, and what compares candidates only and measures no distance between them.
 TOLD = [case for case in CASES if case[0] not in ("random", "sobol")]
 RANKED = [case for case in CASES if case[0] in ("cmaes", "differential_evolution", "random", "sobol")]
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture
 def other_process():
-    """Runs in a process of its own and two threads of linear algebra, where this one has one; started before the other tests."""
+    """Runs in a process of its own and two threads of linear algebra, where this one has one."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
     environment = os.environ | dict.fromkeys(names, "2")
     command = [sys.executable, "-m", "tests.tuner.search.search_runs", "2"]
@@ -62,7 +67,7 @@ def test_the_first_generation_is_the_one_given_and_all_are_as_large(name, object
     assert np.all((points >= 0.0) & (points <= 1.0))
 
 
-@every_and_more
+@every_and_less
 def test_the_seed_alone_decides(name, objectives):
     # Many candidates break the constraints equally, and libraries decide ties by generators that they seed from the system.
     problem, first = stepped(objectives), started(4)
@@ -112,7 +117,7 @@ def test_the_callers_arrays_stay_as_they_are_and_may_be_reused(name, objectives)
             mine[:] = -1.0
 
 
-@every_and_more
+@every_and_less
 def test_units_and_origin_of_the_objectives_do_not_matter(name, objectives):
     # Powers of two and a grid: shifted and scaled without rounding, so the points must be the same bits.
     problem = bowls(objectives)

@@ -90,8 +90,10 @@ def assert_survived(whole, nth, kind, folder, monkeypatch, capsys):
     ("share", "kind"),
     [
         (0.3, FULL),
-        (0.62, AFTER),
-        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((0.04, BEFORE), (0.9, FULL), (1.0, BEFORE))),
+        *(
+            pytest.param(*each, marks=pytest.mark.slow)
+            for each in ((0.04, BEFORE), (0.62, AFTER), (0.9, FULL), (1.0, BEFORE))
+        ),
     ],
 )
 def test_a_fault_at_some_calls(share, kind, whole, tmp_path, monkeypatch, capsys):

@@ -23,20 +23,25 @@ CASES |= {"exact": (uneven("hybrid_gsta", "adrc"), "double")}
 """Prefix -> (controller, real)."""
 
 
-def is_variant(prefix: str) -> bool:
-    """Whether a case is of a law whose tests are slow."""
-    return prefix.rpartition("_")[0] in VARIANTS
+# Laws whose C is compared in double too: between them they have all operations; of the others single precision shows it.
+IN_DOUBLE = {"pid", "hybrid", "adrc", "px4", "betaflight", "smith"}
+
+
+def is_slow(prefix: str) -> bool:
+    """Whether the tests of a case are slow."""
+    law, _, real = prefix.rpartition("_")
+    return law in VARIANTS or (real == "double" and law not in IN_DOUBLE)
 
 
 class Libraries(dict[str, Compiled]):
-    """Compiled cases: variants are one library, the others another; the worker that comes first compiles each."""
+    """Compiled cases: those of slow tests are one library, the others another; the worker that comes first compiles each."""
 
     def __init__(self, base: Path) -> None:
         self.base = base
 
     def __missing__(self, prefix: str) -> Compiled:
-        cases = {name: case for name, case in CASES.items() if is_variant(name) is is_variant(prefix)}
-        folder = self.base / ("c99-variants" if is_variant(prefix) else "c99-library")
+        cases = {name: case for name, case in CASES.items() if is_slow(name) is is_slow(prefix)}
+        folder = self.base / ("c99-slow" if is_slow(prefix) else "c99-library")
         folder.mkdir(exist_ok=True)
         with (folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)

@@ -9,7 +9,7 @@ from plant.quadrotor.rigid_body import Body
 from plant.quadrotor.sensors import Noise, measure
 from plant.records import flatten
 from plant.vectors import Quaternion, Rotors, Vec3
-from tests.tuner.exchange.c99.conftest import CASES, is_variant
+from tests.tuner.exchange.c99.conftest import CASES, is_slow
 from tests.tuner.exchange.c99.signals import (
     attitude_inputs,
     expected_attitude_step,
@@ -29,9 +29,9 @@ def assert_same_bits(run, outputs, states):
 
 
 def floats(*names):
-    """Cases in these types; those of variants are slow."""
+    """Cases in these types, some of them slow."""
     return [
-        pytest.param(name, marks=pytest.mark.slow) if is_variant(name) else name
+        pytest.param(name, marks=pytest.mark.slow) if is_slow(name) else name
         for name in CASES
         if CASES[name][1] in names and name != "exact"
     ]
