@@ -18,6 +18,8 @@ from tuner.text.version import version
 # Characters of a C string that mean themselves; a question mark may begin a trigraph.
 _PLAIN_IN_C = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 !#$%&'()*+,-./:;<=>@[]^_`{|}~")
 # Letters of a comment in a parameter file: Betaflight's command line holds 256 to a line.
+WRITTEN_BY = "Written by gainproof"
+"""Beginning of the heading of an export, by which it is recognized."""
 LONGEST_COMMENT = 160
 
 
@@ -76,7 +78,7 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
     """
     controller = request.controller
     return (
-        write(f"Written by {tool()} from the gains {request.digest}"),
+        write(f"{WRITTEN_BY} {version()} from the gains {request.digest}"),
         write(f"Airframe: {controller.airframe.name} ({controller.airframe.title})"),
         write(
             f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "

@@ -1,5 +1,6 @@
 """Conclusion of a search: its finalists, their validation on flights that it never saw, warnings."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -7,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from objectives.evaluator import concatenate_evaluations
+from objectives.evaluator import Constraint, concatenate_evaluations
 from objectives.problem import Evaluator, Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.ties import increasing_order
@@ -15,7 +16,7 @@ from tuner.analysis.held_out import compare, compare_known
 from tuner.analysis.lost_flights import loss_costs
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
-from tuner.documents.verdicts import NOT_CERTAIN
+from tuner.documents.verdicts import BROKEN, NOT_CERTAIN
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -59,6 +60,8 @@ def conclude(
     table = compare(problem, validated.confirmation, study.seed, study.table.relevant, costs)
     if tails is not None:
         table = tails.rows(table, validated.tuned, validated.confirmation)
+    if validated.keeps:
+        table = with_limits_by_all_flights(table, problem.constraints)
     warnings += [*validated.warnings, *uncertain_limits(table)]
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
     conflict = None if validated.keeps else conflict_of(fully_flown, limits, upper_ends(problem, study, generations))
@@ -149,15 +152,42 @@ def selected(
     return survivors, *finalists_in_all_states(problem, survivors, tried, study, back_off)
 
 
-def uncertain_limits(table: list[ComparedRow]) -> list[str]:
-    """Warn of limits that the point's values alone keep on confirmation flights."""
+def with_limits_by_all_flights(table: list[ComparedRow], constraints: Sequence[Constraint]) -> list[ComparedRow]:
+    """Return the table of a point that all its flights confirm.
+
+    Held-out and confirmation flights together satisfy every limit: a value of the confirmation flights beyond one is not
+    certain, for it rests on a small part of them.
+
+    Args:
+        table: Rows of the objectives, then of the constraints.
+        constraints: Limits on flights of the study.
+    """
+    by_label = {entry.objective.label: entry for entry in constraints if not (entry.floor or entry.is_tail)}
     return [
-        f"{row.label} is {significant(row.tuned.value)} [{significant(row.tuned.low)}, {significant(row.tuned.high)}] on the "
-        f"confirmation flights: its value keeps {limit_text(float(row.limit or 0.0), row.unit)}, its interval reaches beyond. "
-        "More held_out flights narrow it; `tuner rejudge` with a smaller max picks a point further from the limit."
+        row.model_copy(update={"verdict": NOT_CERTAIN}) if row.verdict == BROKEN and row.label in by_label else row
         for row in table
-        if row.verdict == NOT_CERTAIN and row.tail_flights is None
     ]
+
+
+def uncertain_limits(table: list[ComparedRow]) -> list[str]:
+    """Warn of limits that confirmation flights alone do not decide."""
+    return [uncertain_text(row) for row in table if row.verdict == NOT_CERTAIN and row.tail_flights is None]
+
+
+def uncertain_text(row: ComparedRow) -> str:
+    """Return the warning of a limit within an interval."""
+    value, low, high = row.tuned.parts
+    limit = limit_text(float(row.limit or 0.0), row.unit)
+    is_beyond = value is not None and row.limit is not None and value > row.limit
+    clause = (
+        f"its value exceeds {limit}, and all flights of the point together keep it"
+        if is_beyond
+        else f"its value keeps {limit}, its interval reaches beyond"
+    )
+    return (
+        f"{row.label} is {significant(value)} [{significant(low)}, {significant(high)}] on the confirmation flights: {clause}. "
+        "More held_out flights narrow it; `tuner rejudge` with a smaller max picks a point further from the limit."
+    )
 
 
 def completely_known(tried: Archive, generations: list[Generation]) -> Archive:

@@ -12,6 +12,7 @@ from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gain
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import import_parameters
 from tuner.exchange.registry import importer as find_importer
+from tuner.exchange.texts import WRITTEN_BY
 from tuner.extensions.autopilots.resolution import MAX_LOG_BYTES, Resolved, plain_file
 from tuner.extensions.autopilots.sources import (
     GAINS,
@@ -26,6 +27,9 @@ from tuner.extensions.autopilots.sources import (
 from tuner.extensions.autopilots.vehicle_facts import VehicleFact
 from tuner.extensions.judge.vehicle_class import class_airframe, ranges_text
 from tuner.extensions.judge.vehicle_facts import Contradiction, contradictions, narrowed
+
+HEADING_BYTES = 2000
+"""Length of the beginning of a file in which an export has its heading."""
 
 
 @dataclass(frozen=True)
@@ -139,17 +143,27 @@ class GivenFiles:
     @cached_property
     def facts(self) -> Sequence[VehicleFact]:
         """Facts on the vehicle, those of the present file first."""
-        kind, files = sources()[self.source], (self.read_before, self.read_after)
-        # Names mean what they mean in a known version only.
-        if self.version_fault:
-            return ()
-        return [fact for file in files if file is not None for fact in kind.facts(kind.values(file))]
+        return self._facts_of(self._files)
 
     @cached_property
     def vehicle(self) -> Airframe:
-        """The airframe, narrowed by the facts of the files; where both have one, by that of the present file."""
-        first = {fact.quantity: fact for fact in reversed(self.facts)}
-        return narrowed(self.chosen, list(first.values()))
+        """The airframe, narrowed by the facts of the files; where both have one, by that of the present file.
+
+        An export of this tool has the numbers of the airframe that it was made for: no vehicle was measured.
+        """
+        measured = self._facts_of([file for file in self._files if not is_export(file)])
+        return narrowed(self.chosen, list({fact.quantity: fact for fact in reversed(measured)}.values()))
+
+    @property
+    def _files(self) -> list[InputFile]:
+        return [file for file in (self.read_before, self.read_after) if file is not None]
+
+    def _facts_of(self, files: Sequence[InputFile]) -> Sequence[VehicleFact]:
+        # Names mean what they mean in a known version only.
+        if self.version_fault:
+            return ()
+        kind = sources()[self.source]
+        return [fact for file in files for fact in kind.facts(kind.values(file))]
 
     @cached_property
     def version_fault(self) -> str:
@@ -161,6 +175,11 @@ class GivenFiles:
     def assumed(self) -> AssessedAirframe:
         """The entry of the vehicle of parameter files in a document."""
         return _airframe_part(self.vehicle, self.airframe is not None)
+
+
+def is_export(file: InputFile) -> bool:
+    """Whether this tool wrote a file, by its heading."""
+    return WRITTEN_BY.encode() in file.content[:HEADING_BYTES]
 
 
 def name_files(given: Path, present: Path | None, source: str | None, airframe: str | None) -> GivenFiles:

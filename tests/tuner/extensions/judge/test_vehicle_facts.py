@@ -17,6 +17,7 @@ from tuner.extensions.autopilots.sources import sources
 from tuner.extensions.autopilots.vehicle_facts import HOVER, VehicleFact, exactly
 from tuner.extensions.judge.vehicle_class import class_airframe
 from tuner.extensions.judge.vehicle_facts import contradictions, narrowed, spread_of
+from tuner.extensions.judge.vehicle_files import GivenFiles
 
 GRAVITY = 9.81
 # Mass [kg], arm [m], thrust coefficient [N s2], largest speed [rad/s], cells.
@@ -235,6 +236,20 @@ def test_another_vehicle_is_not_judged_and_a_near_one_is_noted(tmp_path):
     near = tuner.judge(write(tmp_path, px4_lines({"MPC_THR_HOVER": 0.4}), "near.params"), airframe="f450", flights=2)
     assert near.verdict != "not judged"
     assert near.document.unmodeled[0].startswith("MPC_THR_HOVER = 0.4 in the file, the airframe f450 hovers at 0.554")
+
+
+def test_a_number_that_the_export_computed_narrows_no_class(tmp_path):
+    """The export writes the hover command of the airframe that it was made for; nobody has measured it."""
+    text = px4_lines({"MPC_THR_HOVER": 0.3})
+    measured, exported = (
+        GivenFiles("px4", InputFile(write(tmp_path, head + text, name)), None, None, None)
+        for name, head in (
+            ("measured.params", ""),
+            ("exported.params", "# Written by gainproof 0.2.0 from the gains 0\n"),
+        )
+    )
+    assert measured.vehicle != measured.chosen and exported.vehicle == exported.chosen
+    assert [fact.value for fact in exported.facts] == [fact.value for fact in measured.facts] != []
 
 
 def test_a_class_is_narrowed_by_the_present_file_and_contradicted_by_both(tmp_path):
