@@ -17,13 +17,15 @@ from tuner.extensions.autopilots.assembly import (
     absent_note,
     control_period,
     curve,
+    settings_note,
     unused_note,
     version_note,
 )
 from tuner.extensions.autopilots.cascade import ParameterFile, cascade_for, imported
 from tuner.extensions.autopilots.parameters import Values, defaults, stated
 from tuner.extensions.autopilots.resolution import plain_file
-from tuner.extensions.px4.map import AROUND, HOVER, LOOP_RATE, PX4, TABLE, Px4
+from tuner.extensions.autopilots.sources import major_minor
+from tuner.extensions.px4.map import AROUND, HOVER, LOOP_RATE, PX4, TABLE, YAW_FILTER, Px4
 from tuner.extensions.px4.other_files import resolved
 from tuner.extensions.px4.text import VERSION, WHAT, read_params
 from tuner.gains.ranges import LONGEST, SHORTEST
@@ -31,13 +33,18 @@ from tuner.text.sentences import SAME
 
 # Weights of yaw up to this are none, AttitudeControl.cpp.
 MIN_WEIGHT = 1e-4
+FIRST_WITH_YAW_FILTER = (1, 16)
+"""First version whose yaw torque has a low-pass."""
 
 
 def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     other = resolved(file)
     file = plain_file(file, other)
+    version = stated(file, WHAT).version
     given = read_params(file)
+    early = {} if YAW_FILTER in given else filters_off(version)
+    given |= early
     cascade = cascade_for(PX4, settings)
     px4 = Px4(PX4.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
     values = px4.completed(given)
@@ -46,7 +53,8 @@ def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) ->
     notes = (
         *(() if other is None else other.notes),
         f"Read as {PX4.name}, with the rotors of the airframe {airframe.name} in its CA_ROTORi_*.",
-        *version_note(stated(file, WHAT).version, PX4.name, (VERSION,)),
+        *version_note(version, PX4.name, (VERSION,)),
+        *settings_note("The version of the file lacks these filters, which are off", dict.fromkeys(early, "0")),
         *_period(given, number(settings, "control_period", SHORTEST, LONGEST, "s")),
         *absent_note(given, usual, PX4.name),
         *_scaled(values),
@@ -58,6 +66,16 @@ def read(file: ReadableFile, airframe: Airframe, settings: Mapping[str, str]) ->
     )
     described = ParameterFile(file, given, PX4.name, (*TABLE, *AROUND), notes, later_notes, LOOP_RATE in given)
     return imported(px4, described, airframe, cascade, settings, values)
+
+
+def filters_off(version: str | None) -> dict[str, float]:
+    """Return the filters that a version of PX4 lacks, off.
+
+    The low-pass of the yaw torque came in January 2025 (PX4 pull request 24173), with 1.16.
+    """
+    number = major_minor(version)
+    is_early = number is not None and tuple(map(int, number.split("."))) < FIRST_WITH_YAW_FILTER
+    return {YAW_FILTER: 0.0} if is_early else {}
 
 
 def _period(given: Values, period: float) -> tuple[str, ...]:

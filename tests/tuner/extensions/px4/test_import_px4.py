@@ -54,6 +54,20 @@ def test_k_scales_p_and_i(tmp_path):
     assert there["roll.kd"] == pytest.approx(here["roll.kd"], rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("version", "cutoff"), [("1.14.3", 0.0), ("1.15.4", 0.0), ("1.16.0", 2.0), ("1.17.0", 2.0), ("", 2.0)]
+)
+def test_a_version_without_the_filter_of_yaw_flies_without_it(version, cutoff, tmp_path):
+    """PX4 1.14 with yaw gains times 1.8 was "better" behind a filter that it does not have."""
+    head = "# Stack: PX4 Pro\n" + (f"# Version: {version}\n" if version else "")
+    rates = "".join(line(f"MC_{axis}RATE_P", 0.15) for axis in ("ROLL", "PITCH", "YAW"))
+    back = read("px4", write(tmp_path, head + rates))
+    assert back.controller.options.yaw_torque_cutoff == cutoff
+    assert any("MC_YAW_TQ_CUTOFF = 0" in note for note in back.notes) == (cutoff == 0.0)
+    given = read("px4", write(tmp_path, head + rates + line("MC_YAW_TQ_CUTOFF", 3.0)))
+    assert given.controller.options.yaw_torque_cutoff == 3.0
+
+
 def test_a_vehicles_own_file_flies_as_px4_would(tmp_path):
     """PX4's defaults but for a few, on the Iris, whose curve the vehicle does not undo; D left out."""
     values = {
