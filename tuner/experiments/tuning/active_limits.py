@@ -58,7 +58,10 @@ def standard_excess(
         if back_off is not None and not np.isnan(back_off.width[i]):
             below = above = np.full(len(excess), back_off.width[i])
         width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
-        worst = np.maximum(worst, np.where(width > 0.0, excess[:, i] / np.where(width > 0.0, width, 1.0), certain))
+        # Of an interval that is all but a point the quotient is infinite, as of a certain value.
+        with np.errstate(over="ignore"):
+            widths_beyond = excess[:, i] / np.where(width > 0.0, width, 1.0)
+        worst = np.maximum(worst, np.where(width > 0.0, widths_beyond, certain))
     return worst
 
 
