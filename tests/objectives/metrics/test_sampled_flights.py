@@ -28,7 +28,7 @@ def test_a_flight_from_limit_to_limit_has_its_limit_for_error_at_every_instant()
         # The others are random, within the limits.
         assert (view.meter.peak <= limit).all() and np.ptp(view.meter.iae[1:]) > 0.0
         # It moves by twice the limit each period, from the second instant on.
-        assert view.kept.way[0] == pytest.approx(2.0 * limit * (PLAN.duration / PLAN.period - 1.0), rel=1e-12)
+        assert view.accumulated.way[0] == pytest.approx(2.0 * limit * (PLAN.duration / PLAN.period - 1.0), rel=1e-12)
 
 
 def test_a_metric_that_writes_to_its_view_changes_no_other():
