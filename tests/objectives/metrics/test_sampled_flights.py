@@ -1,5 +1,7 @@
 """Sampled flights for checks of metrics: the first one has meters in closed form, and no metric changes them for another."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from tests.plant.own_files import SWAY
 PLAN = Plan(4, 0.2, 0.004, _targets(), LIMITS)
 
 
-def views():
+def views() -> dict[str, Any]:
     found = list(sampled_views(run_own_code(SWAY).names["METRIC"], PLAN))
     assert all(isinstance(view, AxisView) for view in found)
     return dict(zip(AXES, found, strict=True))
