@@ -118,6 +118,13 @@ def test_it_is_measured_in_the_flights_of_the_search_and_the_worst_scenario_coun
     assert list(worst.values()) == disturbance_rates(severe, VEHICLE, TIMING, 5).tolist()
 
 
+def test_rates_that_are_kept_are_those_of_their_level_window_and_seed():
+    air = spec(1.0, intensity="light")
+    for root, level, window in ((5, 0.99, None), (5, 0.5, None), (5, 0.99, 0.1), (6, 0.99, None), (5, 0.99, None)):
+        rates = worst_rates((air,), VEHICLE, TIMING, root, level, window)
+        assert list(rates.values()) == disturbance_rates(air, VEHICLE, TIMING, root, level, window).tolist()
+
+
 def test_of_very_long_flights_fewer_are_looked_at(monkeypatch):
     monkeypatch.setattr("tuner.extensions.theory.theorems.disturbance_rate.SAMPLES", 3500)
     air = spec(4.0, intensity="light")
