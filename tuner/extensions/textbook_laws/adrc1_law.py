@@ -5,7 +5,8 @@
 It is for channels that answer like y' = f + b0 u.
 
 Use it for levels, temperatures, speeds, pressures and currents: plants whose command changes the rate of the output. For
-K/(T s + 1) the channel's b0 is K/T. Begin with wc = 4/(settling time) and wo = 3 to 10 wc.
+K/(T s + 1) without dead time the channel's b0 is K/T; with dead time begin with 1.5 to 3 times K/T. Begin with
+wc = 4/(settling time) and wo = 3 to 10 wc, at most 0.3/(control period).
 
 b0 of this law is a rate per unit of command, not an acceleration. It does not hold a plant y'' = f + b0 u: take `ladrc` there.
 """
