@@ -26,6 +26,8 @@ MIN_MARGIN = 1.0
 """Gain margin below which a loop rings."""
 MIN_QUIET_MARGIN = 1.5
 """Gain margin below which a gust or a fresh pack may ring it."""
+MIN_UNMEASURED_MARGIN = 2.0
+"""Gain margin to aim for with plants scaled by b0: `MIN_QUIET_MARGIN` on a craft whose plant has 35 % more gain."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,9 @@ def sentence(worst: Ring, ground: Ring, options: list[Change], *, is_limit: bool
         parts.append(_verdict(worst.margins.gain))
     else:
         parts.append(
-            "The plants are scaled by b0, 20 to 35 % off for a craft: compare tunes by this number, it is no limit."
+            "The plants are scaled by the file's b0, 20 to 35 % off for a craft: this number compares changes by --gain on "
+            "this file alone, it is no limit. Another b0 in the file is another plant. Without a log aim for a margin of "
+            f"{MIN_UNMEASURED_MARGIN:g}."
         )
     parts.append(f"On the ground: {ground.axis}, {ground.margins.ring:.0f} Hz, gain margin {ground.margins.gain:.2f}.")
     if options:

@@ -26,8 +26,8 @@ def print_adrc_forecast(made: "AdrcForecast", console: Console) -> None:
 
 
 def _plants(document: AdrcDocument) -> TerminalTable:
-    table = TerminalTable("Plant at hover", keys=1)
-    heads = ("gain [deg/s2]", "lag [ms]", "dead time [ms]", "zero [ms]", "b0 [deg/s3]", "95 %")
+    table = TerminalTable("Plant at hover, times in ms; its b0 is no setting", keys=1)
+    heads = ("gain [deg/s2]", "lag", "dead time", "zero", "plant's b0 [deg/s3]", "95 %")
     table.columns_of("", *heads, left=("",))
     for row in document.plants:
         times = (f"{1e3 * value:.1f}" for value in (row.lag, row.dead_time, row.zero))
