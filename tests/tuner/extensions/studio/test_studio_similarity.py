@@ -1,7 +1,6 @@
 """Speed by similarity in time: poles and flights of a rigid body are scaled exactly; robustness slows outer loops and observers."""
 
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from plant.law_registry import LAWS, law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.quadrotor.gains import GainAddress
 from tests.tuner.extensions.studio.conftest import STUDIES
+from tuner.extensions.studio.messages import PageRequest
 from tuner.extensions.studio.session import Setting, open_session
 from tuner.extensions.studio.similarity import Similarity, seconds_in, speed_power
 
@@ -23,11 +23,16 @@ def addresses(of, loop):
     return [GainAddress(f"{axis}.{g.name.rstrip('_')}", i, axis, loop, g, g.span(loop)) for i, g in enumerate(of.gains)]
 
 
+def request_of(setting):
+    """Request of a page on one setting."""
+    return PageRequest(1, "page", (setting,), 1, "")
+
+
 def moved(study, speed=1.0, robustness=1.0, **values):
     """Values of a study's default, moved to a speed and a robustness, and the notes."""
     session = open_session(STUDIES / f"{study}.toml")
     row = session.row({name.replace("__", "."): value for name, value in values.items()})
-    request = SimpleNamespace(settings=[Setting("here", row, "here")])
+    request = request_of(Setting("here", row, "here"))
     answer = Similarity(session).designed(request, {"at": {"speed": speed, "robustness": robustness}})
     return session.values(row), answer["values"], answer["text"]
 
@@ -110,7 +115,8 @@ def test_robustness_of_nested_loops_slows_the_outer_one_at_the_same_inner_one():
         "autopilot_pid", robustness=1.15, horizontal__kp=3.0, horizontal__ki=0.15, horizontal__kd=2.6
     )
     poles, slower = (
-        pid_poles(*(values[f"horizontal.{n}"] for n in ("kp", "ki", "kd")), 0.0)[-3:] for values in (before, after)
+        pid_poles(values["horizontal.kp"], values["horizontal.ki"], values["horizontal.kd"], 0.0)[-3:]
+        for values in (before, after)
     )
     assert notes == "" and 1.15 * slower == pytest.approx(poles, rel=1e-9)
     assert {name: after[name] for name in after if name.startswith("tilt.")} == {
@@ -136,6 +142,7 @@ def test_robustness_slows_position_loops_observers_or_the_integral(study, ratios
 
 def test_a_slider_that_would_move_nothing_is_not_offered():
     offers = Similarity(open_session(STUDIES / "betaflight.toml")).offers
+    assert offers is not None
     assert [slider["key"] for slider in offers["sliders"]] == ["speed"]
 
 
@@ -163,10 +170,10 @@ def test_a_value_outside_its_range_stays_where_it_is_not_scaled():
 def test_sliders_start_from_the_setting_at_hand():
     session = open_session(STUDIES / "quickstart.toml")
     rules, row = Similarity(session), session.row({"attitude.omega_o": 12.0})
-    request = SimpleNamespace(settings=[Setting("here", row, "here")])
+    request = request_of(Setting("here", row, "here"))
     answer = rules.designed(request, {"from": {"speed": 1.5}, "at": {"speed": 3.0}})
     assert answer["values"]["attitude.omega_o"] == pytest.approx(24.0)
-    assert "roll delta; pitch delta; yaw delta" in rules.offers["note"]
+    assert rules.offers is not None and "roll delta; pitch delta; yaw delta" in rules.offers["note"]
 
 
 @pytest.mark.parametrize(
@@ -175,4 +182,4 @@ def test_sliders_start_from_the_setting_at_hand():
 def test_numbers_outside_the_sliders_are_refused(message):
     session = open_session(STUDIES / "quickstart.toml")
     with pytest.raises(InputError, match="allowed: "):
-        Similarity(session).designed(SimpleNamespace(settings=[session.start]), message)
+        Similarity(session).designed(request_of(session.start), message)
