@@ -67,6 +67,15 @@ def test_own_plants_make_a_limit(vehicle, tmp_path):
     assert all(row.source == "given" and row.gain == 13.2 for row in document.plants)
 
 
+def test_another_b0_in_the_file_is_another_plant_and_by_gain_another_tune(vehicle):
+    """The margin follows the b0 of `--gain` alone, and the answer says so."""
+    file, raised = (tuner.adrc(vehicle(adrc_b0_yaw=b0), gyro_rate=3205.0).document for b0 in ("3586", "4482"))
+    changed = tuner.adrc(vehicle(), gyro_rate=3205.0, settings={"adrc_b0_yaw": 4482}).document
+    margins = [document.rings[document.worst].gain_margin for document in (file, raised, changed)]
+    assert margins[1] == pytest.approx(margins[0]) and margins[2] == pytest.approx(margins[0] * 4482 / 3586)
+    assert "compares changes by --gain on this file alone" in file.sentence
+
+
 def test_written_lines_hold_the_tune_alone_and_read_back(vehicle, tmp_path):
     changes = {"adrc_wo_yaw": 80, "adrc_gyro_lpf_hz": 200}
     made = tuner.adrc(vehicle(), gyro_rate=3205.0, settings=changes, out=tmp_path / "lines.txt")
