@@ -163,6 +163,7 @@ def test_page_of_each_number_of_objectives_works_without_network(opened):
         assert opened.plotted(name), name
 
 
+@pytest.mark.slow
 def test_the_trade_off_is_seen_before_the_library_is_there(browser, folder):
     page = offline_page(browser, 1400, height=900)
     page.add_init_script("window.DecompressionStream = class { constructor() { throw new Error('no library'); } };")
@@ -233,6 +234,7 @@ def test_brush_in_one_view_filters_all_others(reader):
     assert reader.names() == everything
 
 
+@pytest.mark.slow
 def test_parallel_axis_is_brushed(reader):
     second = reader.data()["objectives"][1]
     left, top, width, height = reader.area("parallel")
@@ -349,6 +351,7 @@ def test_margins_are_marked_where_they_are_met(reader):
         assert told and all(words in text for text in told), panel
 
 
+@pytest.mark.slow
 def test_aspiration_level_filters_and_says_what_is_left(reader):
     page = reader.page
     first = reader.data()["objectives"][0]
@@ -463,6 +466,7 @@ def test_gains_of_the_recommended_point_are_the_file_of_the_folder(reader):
     assert reader.saved("#save-point") == ("gains.json", wanted)
 
 
+@pytest.mark.slow
 def test_gains_of_another_point_are_the_same_document_with_its_numbers(reader):
     reader.pick("p0104")
     name, content = reader.saved("#save-point")
@@ -508,6 +512,7 @@ def test_keys_walk_along_the_front_and_let_go_of_the_selection(reader):
     assert len(reader.names()) == len(order)
 
 
+@pytest.mark.slow
 def test_everything_that_acts_is_reached_by_tab(reader):
     page, reached = reader.page, set()
     page.evaluate("document.body.focus()")
@@ -571,9 +576,8 @@ SPARSE = {
 }
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=() if kind == "nothing feasible" else pytest.mark.slow) for kind in SPARSE]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", SPARSE)
 def test_sparse_folders_have_sensible_pages(browser, tmp_path, kind):
     folder = fabricate(tmp_path / "sparse", **SPARSE[kind])
     write_report(folder)

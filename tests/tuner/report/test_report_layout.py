@@ -12,7 +12,10 @@ from tuner.extensions.contests.run import write_contest_report
 from tuner.report import write_report
 
 pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
-pytestmark = pytest.mark.skipif(browser_path() is None, reason="no Chromium is found on this machine")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(browser_path() is None, reason="no Chromium is found on this machine"),
+]
 
 WIDTHS = (390, 900, 1440)
 PAPER = 703

@@ -102,6 +102,7 @@ MOVE = """at => { const slider = document.getElementById('slider-0'); slider.val
 slider.dispatchEvent(new Event('input', { bubbles: true })); }"""
 
 
+@pytest.mark.slow
 def test_lines_follow_the_hand_before_the_charts_are_drawn_in_full(opened):
     page = opened.page
     before, number = page.evaluate(PATHS), page.evaluate("document.documentElement.dataset.answered")
@@ -165,6 +166,7 @@ def test_a_field_beyond_the_range_is_refused_in_a_sentence(opened):
     assert page.get_attribute("#field-0", "aria-invalid") == "true"
 
 
+@pytest.mark.slow
 def test_the_address_holds_setting_and_pins_and_names_are_text(browser, client):
     reader = Reader(browser, client, fragment=f"at=20,10,0.2&scenario=0&loop=angle&pin=5,10,0.2;{HOSTILE}&pin=nonsense")
     page = reader.page
@@ -176,7 +178,8 @@ def test_the_address_holds_setting_and_pins_and_names_are_text(browser, client):
     reader.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_phone_shows_all_without_scrolling_sideways(browser, client, scheme):
     reader = Reader(browser, client, width=390, scheme=scheme)
     assert reader.page.evaluate("document.documentElement.scrollWidth") == 390
@@ -185,6 +188,7 @@ def test_a_phone_shows_all_without_scrolling_sideways(browser, client, scheme):
     reader.close()
 
 
+@pytest.mark.slow
 def test_an_address_beyond_a_range_is_refused_in_a_sentence(browser, client):
     context = browser.new_context()
     page = context.new_page()
@@ -199,6 +203,7 @@ def test_an_address_beyond_a_range_is_refused_in_a_sentence(browser, client):
     context.close()
 
 
+@pytest.mark.slow
 def test_two_browsers_on_one_studio_hold_their_own_settings(browser, client, reader):
     other = Reader(browser, client, fragment="at=20,10,0.2")
     before = here(reader)
