@@ -72,6 +72,7 @@ def test_another_b0_in_the_file_is_another_plant_and_by_gain_another_tune(vehicl
     file, raised = (tuner.adrc(vehicle(adrc_b0_yaw=b0), gyro_rate=3205.0).document for b0 in ("3586", "4482"))
     changed = tuner.adrc(vehicle(), gyro_rate=3205.0, settings={"adrc_b0_yaw": 4482}).document
     margins = [document.rings[document.worst].gain_margin for document in (file, raised, changed)]
+    assert margins[0] is not None
     assert margins[1] == pytest.approx(margins[0]) and margins[2] == pytest.approx(margins[0] * 4482 / 3586)
     assert "compares changes by --gain on this file alone" in file.sentence
 
