@@ -95,7 +95,11 @@ def margins_agree(found):
         agree(margins.complementary.value[row, channel], 1.0 / loop.least(lambda z: np.abs(1.0 + 1.0 / z)), "Mt")
 
 
-@pytest.mark.parametrize("name", CASCADED)
+# The delay line of a Smith predictor is large: its loops are those of the slow proofs alone.
+QUICK = tuple(name for name in CASCADED if name != "smith")
+
+
+@pytest.mark.parametrize("name", QUICK)
 def test_margins_are_those_of_python_control(name):
     margins_agree(one_of_each_loop(name))
 
@@ -133,7 +137,7 @@ def disk_agrees(design, skew):
     assert np.degrees(held.phase) == pytest.approx(phase, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", CASCADED)
+@pytest.mark.parametrize("name", QUICK)
 def test_disk_margins_are_those_of_python_control(name):
     for design, skew in zip(one_of_each_loop(name), SKEWS, strict=False):
         disk_agrees(design, skew)

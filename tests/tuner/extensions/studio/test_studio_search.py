@@ -61,6 +61,7 @@ def test_a_search_writes_the_folder_of_the_command(tmp_path, tuner, few_golden_v
     assert [name for name in compared if mine[name].read_bytes() != theirs[name].read_bytes()] == []
 
 
+@pytest.mark.slow
 def test_a_search_from_the_setting_stops_as_by_ctrl_c(tmp_path):
     study = study_in(tmp_path, **{"generations = 20": "generations = 400"})
     with served(study, tmp_path) as (_, client):

@@ -207,6 +207,7 @@ def test_one_flight_is_allowed(study):
     assert (event.low, event.high) == pytest.approx((0.0, 0.975), abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_scenario_without_noise_needs_one_flight(study):
     still = {"intensity": "none", "altitude": 10.0, "mean_wind": False}
     quiet = load_study(

@@ -44,6 +44,7 @@ def test_a_program_gives_the_same_run_as_lines_that_are_told_and_as_a_function(t
     assert content(tmp_path / "run") == content(tmp_path / "told") == content(tmp_path / "function")
 
 
+@pytest.mark.slow
 def test_a_program_that_ends_or_hangs_costs_the_trial_that_it_was_at(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     before = 'if trial["id"].startswith("p0003-search"): sys.exit(3)\n    if trial["id"] == "p0004-search-001": time.sleep(60)'
