@@ -105,10 +105,12 @@ def test_an_answer_comes_in_three_stages(client):
     assert all(each["number"] == 1 for each in answers) and answers[-1]["last"]
 
 
-def test_moves_leave_no_stale_answer(client):
+@pytest.mark.parametrize("moves", [300, pytest.param(1000, marks=pytest.mark.slow)])
+def test_moves_leave_no_stale_answer(client, moves):
     """Requests of one page at once: those overtaken end early, and the newest alone comes to its end."""
-    moves = 300
-    contents = [{"number": i, "page": "moves", "values": {"angle.kp": 1.0 + 0.15 * i}} for i in range(1, moves + 1)]
+    contents = [
+        {"number": i, "page": "moves", "values": {"angle.kp": 1.0 + 45.0 * i / moves}} for i in range(1, moves + 1)
+    ]
     with ThreadPoolExecutor(24) as pool:
         answers = list(pool.map(lambda content: client.lines("/answer", content), contents))
     ended = [i for i, each in enumerate(answers, start=1) if each and each[-1]["last"]]
