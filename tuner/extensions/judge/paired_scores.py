@@ -18,6 +18,8 @@ from tuner.documents.verdicts import verdict_on_difference
 from tuner.extensions.judge.scenarios import POSITION, JudgedScenario
 
 MEAN = Risk("mean")
+MAX_LOGARITHM = 700.0
+"""Largest logarithm of a ratio whose exponential is finite: the interval of two flights can reach beyond it."""
 TAIL = Risk("cvar", 0.9)
 """Risk of the position next to its mean, in which vehicles in the worst air count no more than others."""
 
@@ -103,7 +105,8 @@ class PairedScores:
         """Return after over before, less 1: the geometric mean of paired flights, or the ratio of both tails."""
         if risk.is_mean:
             # Ratios of paired flights: a class has vehicles with ten times the noise of others.
-            return SampledValue(*map(expm1, self._difference(index, np.log(values))))
+            logarithms = self._difference(index, np.log(values))
+            return SampledValue(*(expm1(min(part, MAX_LOGARITHM)) for part in logarithms))
         before = float(risk.apply(values[1]))
         return SampledValue(*(part / before for part in self._difference(index, values, risk)))
 

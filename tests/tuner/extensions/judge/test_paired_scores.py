@@ -44,3 +44,12 @@ def test_the_worst_tenth_has_a_word_of_its_own(change, word):
 
 def test_few_flights_have_no_tail():
     assert list(rows_of(79)[2]) == ["rms.tilt", "rms.position"]
+
+
+def test_an_interval_of_two_flights_is_finite_and_decides_nothing():
+    """Ratios of 1e-60 and 1e60 have an interval whose exponential is beyond any number of a computer."""
+    tilt = np.array([[1e-60, 1e60], [1.0, 1.0]])
+    scores = np.stack([np.zeros((2, 2)), tilt, np.ones((2, 2))], axis=1)
+    row = {row.label: row for row in PairedScores(METRICS, scores, 1).rows}["rms.tilt"]
+    assert row.difference is not None and np.isfinite(list(row.difference)).all()
+    assert row.verdict not in (WORSE, BETTER)
