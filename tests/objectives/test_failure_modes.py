@@ -40,6 +40,7 @@ def flown(system):
     return inputs, system.flyer(1).fly(loops.gains()[None], system.nominal, inputs)[0]
 
 
+@pytest.mark.slow
 def test_demands_are_largest_errors_and_tilts_over_their_limits(quadrotor):
     inputs, results = flown(quadrotor)
     trace = quadrotor.flyer(1).trace(loops.gains(), quadrotor.nominal, inputs)

@@ -120,6 +120,7 @@ def sway(**plant):
     return make_study(tables, "sway", plant=run_own_code(FILES["modal"]).names)
 
 
+@pytest.mark.slow
 def test_flights_that_do_not_differ_and_margins_tell_a_plant_step_that_is_too_long():
     """Without anything random the error was 0, and the remedy that was named left a tenth of it."""
     long = sway(plant_step=0.04)

@@ -81,6 +81,7 @@ def test_a_folder_is_resumed_where_the_study_itself_holds_the_plant(plant, resum
     assert can_be_resumed(tmp_path) is resumed
 
 
+@pytest.mark.slow
 def test_two_tanks_of_a_state_space_have_two_channels():
     table = tables(
         transfer_function=None,

@@ -126,6 +126,7 @@ def margin_of(study):
     return screen.analyse(study.default_row[None])[0, 0]
 
 
+@pytest.mark.slow
 def test_names_that_shadow_change_no_number(tmp_path, monkeypatch, capsys):
     plain, odd = written(tmp_path / "plain", {}), written(tmp_path / "odd", ODD)
     code, out, err = tuner(monkeypatch, capsys, "check", tmp_path / "odd" / "drive.toml")

@@ -12,6 +12,7 @@ from tuner.study.plant_study import PlantStudy
 STUDY = Path(__file__).parent / "quarter_car.toml"
 
 
+@pytest.mark.slow
 def test_its_study_has_40_lines_and_judges_what_no_loop_controls():
     study = tuner.load_study(STUDY, kind=PlantStudy)
     assert len([line for line in STUDY.read_text().splitlines() if line]) <= 40

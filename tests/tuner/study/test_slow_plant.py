@@ -200,6 +200,7 @@ def test_a_grid_begins_below_the_crossover_however_fast_the_loop_is_sampled(peri
     assert grid[0] < 0.2 * crossover if crossover > 0.0 else grid[0] == pytest.approx(1e-4 * np.pi / period)
 
 
+@pytest.mark.slow
 def test_a_slow_plant_is_flown_without_the_noise_that_its_rate_does_not_show(tmp_path):
     study = study_of(metrics=("iae",))
     file = tmp_path / "gains.json"

@@ -50,6 +50,7 @@ def quarter_car(**changes):
     return tuner.load_study(QUARTER_CAR, {"plant.lost_beyond.stroke": 0.12, **changes}, kind=PlantStudy)
 
 
+@pytest.mark.slow
 def test_the_acceleration_of_a_quarter_car_is_limited_without_a_channel_of_its_own():
     """Hardly controlled, it is the passive car's transfer function from the road, held over each period."""
     limit = {"disturbance": "road", "output": "acceleration", "max": 1.0}

@@ -365,6 +365,7 @@ metric = "settling.left"
 """
 
 
+@pytest.mark.slow
 def test_the_time_left_is_that_behind_the_step_of_the_objectives_own_channel(tmp_path):
     """The other channel rests from the start of the flight on; 7 s are left behind the step at 3 s of 10 s."""
     file = tmp_path / "tanks.toml"
