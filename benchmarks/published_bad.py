@@ -115,7 +115,7 @@ def parameter_text(source: str, values: dict[str, float]) -> str:
 
 
 class Opinion(NamedTuple):
-    """What judge says of a case: word of the verdict, exit code, sentence."""
+    """Judge's answer to a case: word of the verdict, exit code, sentence."""
 
     verdict: str
     code: int

@@ -101,6 +101,11 @@ class Constraint:
         return self.objective.risk.name == PROBABILITY
 
     @property
+    def is_flown(self) -> bool:
+        """Whether flights of a study decide it where a point is recommended: no automatic limit, no tail."""
+        return not (self.floor or self.is_tail)
+
+    @property
     def forbids_losses(self) -> bool:
         """Whether a single lost flight breaks it."""
         return self.objective.metric.metric.name == "failure" and self.most == 0.0

@@ -18,9 +18,10 @@ from tuner.text.version import version
 # Characters of a C string that mean themselves; a question mark may begin a trigraph.
 _PLAIN_IN_C = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 !#$%&'()*+,-./:;<=>@[]^_`{|}~")
 # Letters of a comment in a parameter file: Betaflight's command line holds 256 to a line.
-WRITTEN_BY = "Written by gainproof"
-"""Beginning of the heading of an export, by which it is recognized."""
 LONGEST_COMMENT = 160
+TOOL = "gainproof"
+WRITTEN_BY = f"Written by {TOOL}"
+"""Beginning of the heading of an export, by which it is recognized."""
 
 
 def c_comment(text: str) -> str:
@@ -68,7 +69,7 @@ def markdown(text: str) -> str:
 
 def tool() -> str:
     """Return the name and version of the tool that writes an export."""
-    return f"gainproof {version()}"
+    return f"{TOOL} {version()}"
 
 
 def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:
@@ -78,7 +79,7 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
     """
     controller = request.controller
     return (
-        write(f"{WRITTEN_BY} {version()} from the gains {request.digest}"),
+        write(f"Written by {tool()} from the gains {request.digest}"),
         write(f"Airframe: {controller.airframe.name} ({controller.airframe.title})"),
         write(
             f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "

@@ -60,8 +60,8 @@ def standard_excess(
         width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
         # Of an interval that is all but a point the quotient is infinite, as of a certain value.
         with np.errstate(over="ignore"):
-            widths_beyond = excess[:, i] / np.where(width > 0.0, width, 1.0)
-        worst = np.maximum(worst, np.where(width > 0.0, widths_beyond, certain))
+            quotient = excess[:, i] / np.where(width > 0.0, width, 1.0)
+        worst = np.maximum(worst, np.where(width > 0.0, quotient, certain))
     return worst
 
 
@@ -84,7 +84,7 @@ def widths(
 
 def has_tolerance(entry: Constraint) -> bool:
     """Return True for a limit whose error flights narrow."""
-    return not (entry.floor or entry.is_tail or entry.objective.is_binary or entry.objective.risk.name == "worst")
+    return entry.is_flown and not (entry.objective.is_binary or entry.objective.risk.name == "worst")
 
 
 def beside_limits(

@@ -162,9 +162,9 @@ def with_limits_by_all_flights(table: list[ComparedRow], constraints: Sequence[C
         table: Rows of the objectives, then of the constraints.
         constraints: Limits on flights of the study.
     """
-    by_label = {entry.objective.label: entry for entry in constraints if not (entry.floor or entry.is_tail)}
+    flown = {entry.objective.label for entry in constraints if entry.is_flown}
     return [
-        row.model_copy(update={"verdict": NOT_CERTAIN}) if row.verdict == BROKEN and row.label in by_label else row
+        row.model_copy(update={"verdict": NOT_CERTAIN}) if row.verdict == BROKEN and row.label in flown else row
         for row in table
     ]
 

@@ -222,7 +222,7 @@ class Validation:
         broken = [
             i
             for i, entry in enumerate(self.problem.constraints)
-            if confirmation.excess[1, i] > 0.0 and not (entry.floor or entry.is_tail)
+            if confirmation.excess[1, i] > 0.0 and entry.is_flown
             if self._is_refuted(flown, tuned, i, confirmation)
         ]
         return np.array(broken, dtype=int)

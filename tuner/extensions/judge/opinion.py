@@ -3,11 +3,11 @@
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
 paired flights alone, each difference by the rule of `objectives.risk.differences`; less noise for larger errors is "quieter
-and softer", the reverse "stiffer and louder". For the verdict a loop that comes from above 4.3 to at most 2 counts as better,
-too. If no airframe is named, loops are those of the middle of a class, so margins of two files refuse only what the change made
-worse, those of one file an unstable loop (a peak above 4.3 is not judged: other vehicles of the class are quicker or weaker),
-and losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
-(`spread_losses.py`).
+and softer", the reverse "stiffer and louder"; an error of the first flights that doubles is "worse". For the verdict a loop
+that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
+class, so margins of two files refuse only what the change made worse, those of one file an unstable loop (a peak above 4.3 is
+not judged: other vehicles of the class are quicker or weaker), and losses where most vehicles are lost. Losses that come from
+the wide ranges of a named airframe are not judged (`spread_losses.py`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence

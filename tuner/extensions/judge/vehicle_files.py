@@ -143,7 +143,7 @@ class GivenFiles:
     @cached_property
     def facts(self) -> Sequence[VehicleFact]:
         """Facts on the vehicle, those of the present file first."""
-        return self._facts_of(self._files)
+        return [fact for _, facts in self._facts_by_file for fact in facts]
 
     @cached_property
     def vehicle(self) -> Airframe:
@@ -151,19 +151,17 @@ class GivenFiles:
 
         An export of this tool has the numbers of the airframe that it was made for: no vehicle was measured.
         """
-        measured = self._facts_of([file for file in self._files if not is_export(file)])
-        return narrowed(self.chosen, list({fact.quantity: fact for fact in reversed(measured)}.values()))
+        measured = [fact for file, facts in self._facts_by_file if not is_export(file) for fact in facts]
+        first = {fact.quantity: fact for fact in reversed(measured)}
+        return narrowed(self.chosen, list(first.values()))
 
-    @property
-    def _files(self) -> list[InputFile]:
-        return [file for file in (self.read_before, self.read_after) if file is not None]
-
-    def _facts_of(self, files: Sequence[InputFile]) -> Sequence[VehicleFact]:
+    @cached_property
+    def _facts_by_file(self) -> list[tuple[InputFile, Sequence[VehicleFact]]]:
         # Names mean what they mean in a known version only.
         if self.version_fault:
-            return ()
-        kind = sources()[self.source]
-        return [fact for file in files for fact in kind.facts(kind.values(file))]
+            return []
+        kind, files = sources()[self.source], (self.read_before, self.read_after)
+        return [(file, kind.facts(kind.values(file))) for file in files if file is not None]
 
     @cached_property
     def version_fault(self) -> str:

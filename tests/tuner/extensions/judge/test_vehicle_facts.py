@@ -239,7 +239,7 @@ def test_another_vehicle_is_not_judged_and_a_near_one_is_noted(tmp_path):
 
 
 def test_a_number_that_the_export_computed_narrows_no_class(tmp_path):
-    """The export writes the hover command of the airframe that it was made for; nobody has measured it."""
+    """The export writes the hover command of the airframe that it was made for: it is no measurement."""
     text = px4_lines({"MPC_THR_HOVER": 0.3})
     measured, exported = (
         GivenFiles("px4", InputFile(write(tmp_path, head + text, name)), None, None, None)

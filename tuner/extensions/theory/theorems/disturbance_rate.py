@@ -97,10 +97,10 @@ def worst_rates(
 
 
 @lru_cache(maxsize=16)
-def _kept_rates(
+def _cached_rates(
     spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, level: float, window: float | None
 ) -> Array:
-    """Return rates that are kept: each loading of a study asks for the same ones, which take 0.1 s a scenario."""
+    """Return rates of a process: each loading of a study needs the same ones, which take 0.1 s a scenario."""
     return disturbance_rates(spec, vehicle, timing, root, level, window)
 
 
@@ -112,7 +112,7 @@ def _rates(
     except TypeError:
         # A reference of a user's file may have no hash.
         return disturbance_rates(spec, vehicle, timing, root, level, window)
-    return _kept_rates(spec, vehicle, timing, root, level, window)
+    return _cached_rates(spec, vehicle, timing, root, level, window)
 
 
 def _from_lanes(blocks: Array, count: int) -> Array:

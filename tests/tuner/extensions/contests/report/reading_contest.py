@@ -83,7 +83,7 @@ def read_once(folder):
 
 @lru_cache
 def data_once(folder):
-    """The data of such a page, parsed once; nobody changes them."""
+    """The data of such a page, parsed once for all readers."""
     return read_once(folder).data
 
 
