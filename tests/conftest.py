@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from _pytest.runner import runtestprotocol
 
 # The width and colours of whoever starts the tests are not those that the tests expect: 80 columns and none.
 for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
@@ -21,6 +22,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # process that a test starts compiles the tool's sources for 0.3 s.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+# No test loses power. Runs wait 5 ms for each of their files to lie on the disk, and one worker for the files of the others.
+os.fsync = lambda _: None
 
 # Tests interrupt runs. A shell that starts the tests in the background has them ignore Ctrl-C, and all that they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -128,6 +132,26 @@ def pytest_xdist_make_scheduler(config, log):
             return next((folder for folder in TOGETHER if nodeid.startswith(folder)), super()._split_scope(nodeid))
 
     return Scheduling(config, log)
+
+
+MIN_REPORTED_SECONDS = 0.1
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item, nextitem):
+    """Report the call of a test, and its set-up and end only if they did not pass or took long.
+
+    A report of a worker costs 0.3 ms of both processes together: 28,000 of set-up and end are 8 s of the suite.
+    """
+    if not hasattr(item.config, "workerinput"):
+        return None
+    hook = item.ihook
+    hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for report in runtestprotocol(item, nextitem=nextitem, log=False):
+        if report.when == "call" or not report.passed or report.duration > MIN_REPORTED_SECONDS:
+            hook.pytest_runtest_logreport(report=report)
+    hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
 
 
 @pytest.fixture(autouse=True)
