@@ -54,10 +54,10 @@ TOGETHER = (
 )
 
 
-# Laws as papers print them and other variants of one law: their cases of a property are proofs that tests/proofs.txt names.
+# Laws as papers print them, forms of the ideal PID and other variants of one law: their cases of a property are proofs that tests/proofs.txt names.
 VARIANTS = {
     "hybrid_beta3", "hybrid_gsta", "hybrid_literal", "hybrid_paper_f_hat", "hybrid_true_sta", "ladrc_printed",
-    "supertwisting_euler",
+    "supertwisting_euler", "pid_incremental", "pid_parallel", "pid_series",
 }  # fmt: skip
 
 
@@ -93,11 +93,18 @@ def import_share(config):
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Mark cases of variants slow and put the tests of long files first; the others keep their order."""
+    draw_no_constants_of_sources()
     for item in items:
         if "[" in item.name and not VARIANTS.isdisjoint(item.callspec.id.split("-")):
             item.add_marker(pytest.mark.slow)
     place = {f"tests/{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.nodeid.partition("::")[0], len(LONG)))
+
+
+def draw_no_constants_of_sources():
+    """Leave the constants of the tool's own sources out of what hypothesis draws: to read them takes 2 s of each worker."""
+    if "hypothesis" in sys.modules:
+        import_module("hypothesis.internal.conjecture.providers").is_local_module_file = lambda _: False
 
 
 def pytest_collection_finish(session):
