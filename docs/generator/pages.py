@@ -14,6 +14,7 @@ OUTSIDE = {
     "ARCHITECTURE.md": "architecture.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
+    "PUBLISHING.md": "publishing.md",
     "SECURITY.md": "security.md",
     "results/README.md": "results.md",
     "plant/quadrotor/airframes/README.md": "airframes.md",
@@ -50,7 +51,7 @@ NAVIGATION = {
     ),
     "Machines": ("speed", "cluster", "agents"),
     "Reference": ("studies", "study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
-    "Project": ("stability", "changelog", "security"),
+    "Project": ("stability", "changelog", "security", "publishing", "paper_joss"),
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
