@@ -22,8 +22,8 @@ OUTSIDE = {
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
     "Begin": (
-        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "questions",
-        "how_to/troubleshooting",
+        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "gallery",
+        "questions", "how_to/troubleshooting",
     ),
     "Your vehicle": (
         "how_to/plan_a_flight", "identify", "log_formats", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
@@ -46,7 +46,8 @@ NAVIGATION = {
     ),
     "Theory": ("laws", "model", "statistics", "evidence", "paper"),
     "Extend": (
-        "how_to/add_a_law", "how_to/add_a_metric", "model_functions", "how_to/share_own_code", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
+        "how_to/add_a_law", "how_to/add_a_metric", "model_functions", "how_to/share_own_code", "examples/own_law",
+        "how_to/add_an_export_target", "how_to/add_a_number",
         "how_to/add_an_extension", "architecture", "contributing",
     ),
     "Machines": ("speed", "cluster", "agents"),
