@@ -44,6 +44,13 @@ GIVEN = {
     "docs": "docs/ask_and_tell",
 }
 """Files of a reader before a page begins, by a word of the page: a log, files of a clone, parameter files of vehicles."""
+SHOWN_BEFORE = (
+    "docs/from_file_and_back.md",
+    "docs/own_plant.md",
+    "docs/how_to/betaflight_adrc.md",
+    "docs/how_to/judge.md",
+)
+"""Pages whose files other pages use, by the names of the files."""
 SLOW = {
     "README.md",
     "docs/ask_and_tell.md",
@@ -151,7 +158,7 @@ def test_blocks_of_a_page_run_as_typed(name, tmp_path, monkeypatch):
         if re.search(rf"\b{file}\b", PAGES[name]):
             place(ROOT / source, tmp_path / (file if (ROOT / source).is_file() else source))
     typist = Typist(tmp_path)
-    for block in BLOCKS["docs/from_file_and_back.md"]:
+    for block in (block for page in SHOWN_BEFORE for block in BLOCKS[page]):
         if block.name and block.name in PAGES[name]:
             typist.type(block, OMITTED)
     try:

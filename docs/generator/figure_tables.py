@@ -245,7 +245,7 @@ TABLES: tuple[Table | Listing, ...] = (
         "tuned at a period of",
     ),
     Listing("docs/how_to/model_accuracy.md", "accuracy", accuracy, (QUICKSTART,)),
-    Listing("docs/exports.md", "costs", costs),
+    Listing("docs/how_to/processor_cost.md", "costs", costs),
     Listing(
         "docs/how_to/noise_and_battery.md", "notches", notches,
         (

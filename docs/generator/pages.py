@@ -14,6 +14,7 @@ OUTSIDE = {
     "ARCHITECTURE.md": "architecture.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
+    "PUBLISHING.md": "publishing.md",
     "SECURITY.md": "security.md",
     "results/README.md": "results.md",
     "plant/quadrotor/airframes/README.md": "airframes.md",
@@ -21,31 +22,37 @@ OUTSIDE = {
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
     "Begin": (
-        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "questions",
-        "how_to/troubleshooting",
+        "installation", "tutorial", "tune_in_a_notebook", "how_to/coming_from", "reading_the_report", "gallery",
+        "questions", "how_to/troubleshooting",
     ),
     "Your vehicle": (
-        "how_to/plan_a_flight", "identify", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
-        "how_to/noise_and_battery", "airframes",
+        "how_to/plan_a_flight", "identify", "log_formats", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
+        "how_to/noise_and_battery", "how_to/battery", "airframes",
     ),
     "Limits and objectives": (
-        "how_to/objectives", "units", "how_to/limits", "how_to/study_size", "how_to/which_point", "how_to/infeasible",
-        "how_to/unstable_loop", "how_to/compare", "tails", "how_to/start_from_a_run", "how_to/studio",
+        "how_to/objectives", "units", "how_to/limits", "how_to/flight_limits", "how_to/automatic_limits", "how_to/study_size",
+        "how_to/which_point", "how_to/infeasible", "how_to/conflicting_limits", "how_to/unstable_loop", "how_to/compare",
+        "how_to/choices_beside_numbers", "tails", "how_to/start_from_a_run", "how_to/studio", "how_to/studio_sliders",
     ),
-    "To the vehicle and back": ("from_file_and_back", "how_to/judge", "exports", "how_to/betaflight_adrc", "how_to/confirm"),
+    "To the vehicle and back": (
+        "from_file_and_back", "how_to/judge", "second_opinion", "how_to/read_back", "exports", "how_to/processor_cost",
+        "how_to/betaflight_adrc", "how_to/adrc_plants", "how_to/search_betaflight_adrc", "how_to/confirm",
+    ),
     "Plants": (
-        "own_plant", "cookbook", "how_to/fit", "how_to/which_law", "examples/dc_motor", "examples/dead_time",
+        "own_plant", "how_to/linear_plant", "how_to/plant_outputs", "how_to/plant_margins", "cookbook", "how_to/fit",
+        "how_to/which_law", "how_to/textbook_pid", "how_to/design_rules", "examples/dc_motor", "examples/dead_time",
         "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium",
         "examples/rotorpy",
     ),
     "Theory": ("laws", "model", "statistics", "evidence", "paper"),
     "Extend": (
-        "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
+        "how_to/add_a_law", "how_to/add_a_metric", "model_functions", "how_to/share_own_code", "examples/own_law",
+        "how_to/add_an_export_target", "how_to/add_a_number",
         "how_to/add_an_extension", "architecture", "contributing",
     ),
     "Machines": ("speed", "cluster", "agents"),
     "Reference": ("studies", "study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
-    "Project": ("stability", "changelog", "security"),
+    "Project": ("stability", "changelog", "security", "publishing", "paper_joss"),
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)

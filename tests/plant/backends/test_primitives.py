@@ -35,7 +35,7 @@ from plant.primitives import (
 )
 from plant.records import flatten
 
-PAGE = (Path(__file__).parents[3] / "docs" / "own_plant.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "model_functions.md").read_text(encoding="utf-8")
 ROWS = dict(re.findall(r"^\| `(\w+)\(([\w, ]+)\)` \| .+ \|$", PAGE, re.MULTILINE))
 """Arguments of each function in the table of the page."""
 
