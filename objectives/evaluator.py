@@ -120,6 +120,17 @@ class Constraint:
         return self.confidence == 0.0 or unknown or self.is_tail
 
 
+def relative_excess(constraints: Sequence[Constraint], excess: np.ndarray) -> np.ndarray:
+    """Return the excess (n, limits) relative to each limit.
+
+    The constraints come first, in the units of their metrics; requirements behind them are relative already. As theirs, an excess
+    over 0 stays as it is.
+    """
+    scales = np.ones(excess.shape[1])
+    scales[: len(constraints)] = [abs(entry.most) or 1.0 for entry in constraints]
+    return excess / scales
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """Results of an evaluation of n candidates.

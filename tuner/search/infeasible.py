@@ -1,22 +1,28 @@
 """The least violating candidate of an infeasible search."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from objectives.evaluator import Constraint, relative_excess
 from objectives.requirements import Requirement
 from tuner.search.loop import Archive
 from tuner.text.sentences import BOUNDS
 from tuner.text.units import after_number
 
 
-def nothing_feasible(candidates: Archive, requirements: tuple[Requirement, ...]) -> tuple[int, list[str]]:
+def nothing_feasible(
+    candidates: Archive, requirements: tuple[Requirement, ...], constraints: Sequence[Constraint] = ()
+) -> tuple[int, list[str]]:
     """Return the least violating candidate, and a sentence on unsatisfied requirements.
 
-    Requirements come first, then constraints: of candidates that were not flown nothing is known of the latter. There is no
-    sentence where some candidate satisfies all requirements.
+    Requirements come first, then constraints: of candidates that were not flown nothing is known of the latter. Each counts
+    relative to its limit. There is no sentence where some candidate satisfies all requirements.
     """
     split = candidates.violations.shape[1] - len(requirements)
-    constraints, required = candidates.violations[:, :split].sum(axis=1), candidates.violations[:, split:]
-    least = int(np.lexsort((constraints, required.sum(axis=1)))[0])
+    violations = relative_excess(constraints, candidates.violations)
+    flown, required = violations[:, :split].sum(axis=1), violations[:, split:]
+    least = int(np.lexsort((flown, required.sum(axis=1)))[0])
     is_satisfied = required <= 0.0
     if not requirements or np.any(np.all(is_satisfied, axis=1)):
         return least, []

@@ -71,7 +71,7 @@ def finalists_of(
         front = front[select_subset(seen.values[front], seen.values[front].max(axis=0), most_on_front(study))]
     rows = np.concatenate([front, around_limits(seen, study, front, back_off)])
     if len(rows) == 0:
-        least, why = nothing_feasible(tried, study.requirements)
+        least, why = nothing_feasible(tried, study.requirements, study.constraints)
         return np.array([least]), [*warnings, *why]
     return survivors.candidates[rows[increasing_order(seen.values[rows, 0])]], warnings
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.evaluator import Evaluation, Evaluator
+from objectives.evaluator import Evaluation, Evaluator, relative_excess
 from objectives.problem import Problem
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.ties import first_smallest, increasing_order
@@ -125,10 +125,11 @@ class LimitWatch:
         if not len(front):
             keeps = ~np.any(evaluation.violations[:, len(back_off.shift) :] > 0.0, axis=1) & evaluation.complete
             rows = np.flatnonzero(keeps)
-            return rows[[first_smallest(excess[rows].max(axis=1))]] if len(rows) else rows
+            beyond = relative_excess(self.problem.constraints, excess[rows])
+            return rows[[first_smallest(beyond.max(axis=1))]] if len(rows) else rows
         reach = np.zeros((len(front), len(self.problem.constraints)))
         for i in self._limited:
-            above = widths(evaluation, self.problem.constraints, i, self.study.seed)[1][front]
+            above = widths(evaluation, self.problem.constraints, i, self.study.seed, front)[1]
             above = np.maximum(above, NEAR * abs(self.problem.constraints[i].most))
             reach[:, i] = above if np.isnan(back_off.width[i]) else back_off.width[i]
         return front[np.any(excess[front, : reach.shape[1]][:, self._limited] + reach[:, self._limited] > 0.0, axis=1)]

@@ -165,6 +165,7 @@ def choose_finalist(
     """Return the choice of finalists: a point, the default, or the nearest where nothing keeps every limit.
 
     front: may be empty; excess (rows, limits), names: of the rows; else as `recommend`.
+    The excess is relative to each limit: those in metres and in percent are added.
     """
     if not len(front) and default.keeps:
         return Choice(0, "no finalist satisfies every limit on the held-out scenarios, and the default does")

@@ -12,11 +12,10 @@ import numpy as np
 
 from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatenate_evaluations
 from objectives.racing import beaten_by
-from plant.ties import first_smallest
 from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.active_limits import BackOff, beside_limits
 from tuner.experiments.tuning.problem import remaining_batches
-from tuner.search.front import feasible_front, non_dominated, select_subset
+from tuner.search.front import non_dominated, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Generation, archive
 from tuner.search.watcher import REFINING, Watcher
@@ -42,11 +41,6 @@ class Survivors:
     evaluation: Evaluation
     flights: int
 
-    def finalists(self) -> np.ndarray:
-        """Return the rows (f,) of feasible non-dominated survivors; else that of the one that breaks limits least."""
-        front = feasible_front(self.evaluation.values, self.evaluation.violations)
-        return front if len(front) else np.array([first_smallest(self.evaluation.violations.sum(axis=1))])
-
     def seen(self, candidates: list[int]) -> list[SearchEstimate]:
         """Return survivors by their archive indices as the search saw them."""
         rows, tried = np.searchsorted(self.candidates, candidates).tolist(), self.evaluation
@@ -68,7 +62,7 @@ def survivors_of(
     around = beside_limits(seen, problem.constraints, feasible, study.seed, MAX_EXTRA_SURVIVORS, back_off)
     hopeful = np.concatenate([feasible, around])
     tried = archive(generations)
-    hopeful = hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]]
+    hopeful = hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements, study.constraints)[0]]
     candidates = np.union1d([0], hopeful)
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in remaining_batches(study)))
     return flown_through(problem, study, seen, tried.points, candidates, watcher.on_flights_done)

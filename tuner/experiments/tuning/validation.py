@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from objectives.evaluator import Evaluation, Evaluator
+from objectives.evaluator import Evaluation, Evaluator, relative_excess
 from objectives.problem import Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.ties import first_smallest
@@ -188,7 +188,8 @@ class Validation:
         same = np.array_equal(feasible, finalists.feasible)
         front = np.flatnonzero(finalists.non_dominated) if same else rows[non_dominated(values[rows])]
         default = Default(bool(feasible[0]), self._is_worst, self.study.table.relevant)
-        return choose_finalist(self.study, values, default, front, finalists.excess, self.names)
+        excess = relative_excess(self.problem.constraints, finalists.excess)
+        return choose_finalist(self.study, values, default, front, excess, self.names)
 
     def _next_open(self, look: Look, flown: FinalFlights, finalists: Finalists) -> int | None:
         """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from objectives.evaluator import Constraint, Objective
+from objectives.metrics import parse
 from objectives.requirements import Requirement, requirement_excess
+from objectives.risk import Risk
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive
 
@@ -22,6 +25,14 @@ def test_without_requirements_the_constraints_decide():
     least, why = nothing_feasible(found, ())
     assert least == 1  # the first of two that break by 1.5 in all
     assert why == []
+
+
+def test_constraints_of_different_units_count_relative_to_their_limits():
+    # An overshoot of 16 % against 15 %, and a settling time of 0.6 s against 0.3 s: 7 % and 100 % beyond.
+    limits = [Constraint(Objective(parse("overshoot.x"), Risk("mean")), 15.0)]
+    limits += [Constraint(Objective(parse("settling.x"), Risk("mean")), 0.3)]
+    found = archive(np.array([[0.0, 0.3], [1.0, 0.0]]), np.empty((2, 0)), (), [True] * 2)
+    assert nothing_feasible(found, (), limits)[0] == 1
 
 
 def test_kept_requirements_come_before_constraints():

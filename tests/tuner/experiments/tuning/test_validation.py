@@ -111,6 +111,14 @@ def test_without_a_decision_the_nearest_within_the_limits_by_value_is_named_with
     assert not nothing.keeps and nothing.to_settle is None
 
 
+def test_the_nearest_is_who_is_the_smallest_share_beyond_its_limits(monkeypatch):
+    # 1 % of overshoot beyond 15 % is 7 % of the limit; 0.5 m beyond 0.6 m are 83 % of it.
+    limits = (OVERSHOOT, Constraint(Objective(parse("rms.position"), MEAN), 0.6, confidence=0.95))
+    problem = made([20.0, 8.0, 9.0], [40.0, 16.0, 10.0], [0.1, 0.1, 1.1], constraints=limits, spread=0.01)
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (1, False) and "violates them least" in found.why
+
+
 def test_a_default_that_alone_keeps_the_limits_is_the_answer(monkeypatch):
     found = validated(made([20.0, 8.0, 9.0], [10.0, 20.0, 20.0]), monkeypatch)
     assert (found.tuned, found.keeps) == (0, True)
