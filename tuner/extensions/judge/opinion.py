@@ -4,10 +4,11 @@ Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
 paired flights alone, each difference by the rule of `objectives.risk.differences`; less noise for larger errors is "quieter
 and softer", the reverse "stiffer and louder"; an error of the first flights that doubles is "worse", and so is noise that
-outgrows by a factor of two what the errors fall. For the verdict a loop that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
-class, so margins of two files refuse only what the change made worse, those of one file an unstable loop (a peak above 4.3 is
-not judged: other vehicles of the class are quicker or weaker), and losses where most vehicles are lost. Losses that come from
-the wide ranges of a named airframe are not judged (`spread_losses.py`).
+doubles beyond what the errors fall. For the verdict a loop that comes from above 4.3 to at most 2 counts as better, too. If no
+airframe is named, loops are those of the middle of a class, so margins of two files refuse only what the change made worse,
+those of one file an unstable loop (a peak above 4.3 is not judged: other vehicles of the class are quicker or weaker), and
+losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
+(`spread_losses.py`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -119,11 +120,12 @@ def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | No
         return word
     if any(map(has_doubled, metrics)) or unpaid_noise_text(metrics):
         return WORSE
+    words = [(row.metric, row.verdict) for row in metrics if row.verdict is not None]
     noise, control = (
-        join_words([row.verdict for row in metrics if (row.metric == NOISE) == is_noise]) for is_noise in (True, False)
+        join_words([word for metric, word in words if (metric == NOISE) == is_noise]) for is_noise in (True, False)
     )
     trades = {(BETTER, WORSE): SOFTER, (WORSE, BETTER): STIFFER}
-    return trades.get((noise, control)) or join_words([row.verdict for row in metrics])
+    return trades.get((noise, control)) or join_words([word for _, word in words])
 
 
 def has_doubled(row: AssessedMetric) -> bool:
@@ -136,7 +138,7 @@ def has_doubled(row: AssessedMetric) -> bool:
 
 
 def unpaid_noise_text(metrics: Sequence[AssessedMetric]) -> str:
-    """Return the growth of noise beside the fall of errors, or "" if the errors pay for it.
+    """Return a growth of noise that exceeds the fall of errors, in words; "" if none does.
 
     Each interval counts by the end that speaks for the change.
     """
