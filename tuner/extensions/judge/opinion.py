@@ -138,7 +138,7 @@ def has_doubled(row: AssessedMetric) -> bool:
 
 
 def unpaid_noise_text(metrics: Sequence[AssessedMetric]) -> str:
-    """Return a growth of noise that exceeds the fall of errors, in words; "" if none does.
+    """Return the growth of noise beyond the fall of errors, or "".
 
     Each interval counts by the end that speaks for the change.
     """
