@@ -142,15 +142,9 @@ def unpaid_noise_text(metrics: Sequence[AssessedMetric]) -> str:
 
     Each interval counts by the end that speaks for the change.
     """
-    growth = {
-        is_noise: [
-            1.0 + row.difference.low
-            for row in metrics
-            if row.difference is not None and (row.metric == NOISE) == is_noise
-        ]
-        for is_noise in (True, False)
-    }
-    noise, error = max(growth[True], default=1.0), min([1.0, *growth[False]])
+    factors = [(row.metric == NOISE, 1.0 + row.difference.low) for row in metrics if row.difference is not None]
+    noise = max((factor for is_noise, factor in factors if is_noise), default=1.0)
+    error = min([1.0, *(factor for is_noise, factor in factors if not is_noise)])
     if noise * error < 1.0 + MAX_GROWTH:
         return ""
     return f"noise times {significant(noise, 3)}, for errors times {significant(error, 3)} at best"
