@@ -10,7 +10,7 @@ a false alarm is a refusal, "worse" or "do not fly", of gains that the firmware 
 refusal of gains that it does not fly worse on the whole: mixed ones count.
 
 With `--factors` the judge alone compares P, I and D of roll and pitch times each of seven factors with the defaults; below 1
-nothing may be "better".
+nothing may be "better", else the command fails.
 """
 
 import argparse
@@ -243,7 +243,12 @@ def main() -> None:
     arguments = parser.parse_args()
     firmware = firmware_of(arguments.firmware)
     if arguments.factors:
-        print_factors(firmware, judge_factors(firmware, arguments.flights), arguments.json)
+        scaled = judge_factors(firmware, arguments.flights)
+        print_factors(firmware, scaled, arguments.json)
+        better = [
+            row["factor"] for row in scaled if row["factor"] < 1.0 and BETTER in (row["judge"], row["comparison"])
+        ]
+        assert not better, f"lower gains are better: times {better}"
         return
     if arguments.binary is None:
         parser.error("--binary is missing: give the firmware, or --factors to judge without one")

@@ -109,7 +109,7 @@ class AssessedMetric(DocumentPart):
     """A risk over the flights of a scenario.
 
     scenario: null for the first flight. difference: after over before, less 1 (of means the geometric mean of paired flights),
-    with its 95 % interval, or null.
+    with its 95 % interval, or null. Without a file before there is no verdict (null).
     """
 
     metric: str
@@ -120,7 +120,7 @@ class AssessedMetric(DocumentPart):
     before: float | None
     after: float
     difference: SampledValue | None
-    verdict: str
+    verdict: str | None
 
     @property
     def label(self) -> str:

@@ -34,7 +34,10 @@ def assessment_tables(document: AssessmentDocument, violated: bool = False) -> l
 
 
 def metric_table(document: AssessmentDocument) -> Table:
-    """Return the risks over the flights, before and after."""
+    """Return the risks over the flights, before and after; of one file alone its values."""
+    if document.before is None:
+        values = [[f"{row.label}{bracketed_unit(row.unit)}", significant(row.after)] for row in document.metrics]
+        return Table("Flights", ("metric", "value"), values, ("metric",))
     head = ("metric", "before", "after", "change, 95 % interval", "verdict")
     rows = []
     for row in document.metrics:
@@ -42,10 +45,16 @@ def metric_table(document: AssessmentDocument) -> Table:
         if row.difference is not None:
             value, low, high = map(per_cent, row.difference)
             change = f"{plus(row.difference.value)}{value} [{low}, {high}]"
-        unit = "" if row.unit == "1" else f" [{row.unit}]"
         before = NONE if row.before is None else significant(row.before)
-        rows.append([f"{row.label}{unit}", before, significant(row.after), change, row.verdict])
+        rows.append(
+            [f"{row.label}{bracketed_unit(row.unit)}", before, significant(row.after), change, row.verdict or NONE]
+        )
     return Table("Flights", head, rows, (head[0], "verdict"))
+
+
+def bracketed_unit(unit: str) -> str:
+    """Return a unit in brackets, "" without one."""
+    return "" if unit == "1" else f" [{unit}]"
 
 
 def loop_table(document: AssessmentDocument) -> Table:

@@ -25,6 +25,9 @@ def command_notes(file: ReadableFile, profile: int, settings: ProfileSettings, r
     if settings.repeated:
         changes = [f"{name} {' to '.join(map(shortened, _ends(texts)))}" for name, texts in settings.repeated.items()]
         yield f"Set more than once; the last value counts, as on the vehicle: {first_texts(changes, MAX_NAMES)}."
+    if settings.refused:
+        refused = [f"{name} = {text}" for name, text in settings.refused.items()]
+        yield f"The firmware refuses these settings, so the earlier values stay: {first_texts(refused, MAX_NAMES)}."
     if settings.applied:
         applied = [f"{name} = {value}" for name, value in settings.applied.items()]
         yield f"'simplified_tuning apply' stores gains and cut-offs of the sliders: {first_texts(applied, MAX_NAMES)}."

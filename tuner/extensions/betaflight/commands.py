@@ -12,11 +12,12 @@ from plant.errors import InputError, shortened
 from plant.input_files import ReadableFile
 from tuner.extensions.betaflight.map import USUAL, Release
 from tuner.extensions.betaflight.native_loops import NATIVE_TABLE
-from tuner.extensions.betaflight.presets import WHAT, command_lines, stated_versions
+from tuner.extensions.betaflight.presets import WHAT, command_lines, options_note, stated_versions
 from tuner.extensions.betaflight.remainder import acts
 from tuner.extensions.betaflight.sliders import applied_settings
-from tuner.extensions.betaflight.text import PROFILE, read_release, read_selected
+from tuner.extensions.betaflight.text import PROFILE, is_in_range, range_text, read_release, read_selected
 
+INTEGER = re.compile(r"[+-]?\d{1,9}")
 SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*)", re.IGNORECASE)
 OTHER_PROFILE = re.compile(r"(rate|battery_)profile\b.*")
 APPLY = re.compile(r"simplified_tuning\s+apply", re.IGNORECASE)
@@ -40,12 +41,14 @@ class ProfileSettings:
         texts: Name -> the values that the file sets in their order, of which the last one counts.
         applied: Settings that the sliders stored, as they are now.
         n_settings: PID profile -> number of its settings in the file.
+        refused: Settings of a preset that the firmware does not store -> value and range as text.
     """
 
     values: dict[str, str] = field(default_factory=dict[str, str])
     texts: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
     applied: dict[str, str] = field(default_factory=dict[str, str])
     n_settings: dict[int, int] = field(default_factory=dict[int, int])
+    refused: dict[str, str] = field(default_factory=dict[str, str])
 
     @property
     def repeated(self) -> dict[str, list[str]]:
@@ -64,13 +67,15 @@ def read_profile(file: ReadableFile, profile: int) -> ProfileSettings:
     Settings before the first `profile` hold in every profile; those of a profile hold until the next one. Rate and battery
     profiles have settings of their own, none of which acts in the loops: where two of them differ, both are left out.
     """
-    session = _Session(file, profile, read_release(file) or USUAL)
-    for line in command_lines(file):
+    lines = command_lines(file)
+    session = _Session(file, profile, read_release(file) or USUAL, is_preset=bool(stated_versions(lines)))
+    for line in lines:
         session.execute(line)
     settings = session.settings
     settings.values = settings.values | {k: v for k, v in _agreed(session.others).items() if k not in settings.values}
     if not settings.values and profile not in settings.n_settings:
-        raise InputError(f"holds no setting of profile {profile}; give {WHAT}", file=file)
+        remedy = f"check options of the preset, or give {WHAT}" if options_note(lines) else f"give {WHAT}"
+        raise InputError(f"holds no setting of profile {profile}; {remedy}", file=file)
     return settings
 
 
@@ -82,6 +87,7 @@ class _Session:
         file: Path of the file for messages.
         profile: Number of the PID profile that is read.
         release: Release of the firmware.
+        is_preset: Whether the file is written by hand for any vehicle; a board prints only values that it stores.
         settings: Settings so far.
         selected: Number of the PID profile that `set` changes, None for every one.
         others: Rate or battery profile -> its settings.
@@ -91,6 +97,7 @@ class _Session:
     file: ReadableFile
     profile: int
     release: Release
+    is_preset: bool = False
     settings: ProfileSettings = field(default_factory=ProfileSettings)
     selected: int | None = None
     others: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
@@ -131,11 +138,21 @@ class _Session:
             self.settings.n_settings[self.selected] += 1
         if self.selected not in (None, self.profile):
             return
+        if self.is_preset and (allowed := self._refusing_range(current, value)):
+            self.settings.refused[name] = f"{value} (allowed {allowed})"
+            return
         self.settings.values[name] = value
         texts = self.settings.texts.setdefault(name, [])
         if texts[-1:] != [value]:
             texts.append(value)
         self.settings.applied.pop(name, None)
+
+    def _refusing_range(self, name: str, value: str) -> str:
+        """Return the range of a setting that excludes a value, or ""."""
+        entry = NATIVE_TABLE.get(name)
+        if entry is None or not INTEGER.fullmatch(value) or is_in_range(entry, float(value), self.release):
+            return ""
+        return range_text(entry)
 
     def _store(self, applied: Mapping[str, str]) -> None:
         """Store what the sliders give."""

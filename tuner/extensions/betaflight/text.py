@@ -133,11 +133,19 @@ def read_numbers(
     """
     numbers = {name: parse_integer(text, name, file) for name, text in texts.items() if name in table}
     for name, value in numbers.items():
-        low, high = table[name].low, table[name].high
-        has_range = release is None or release.current or name in SAME_RANGE
-        if has_range and not low <= value <= high:
-            message = (
-                f"given {value:.0f}; allowed {low:g} to {high:g}, beyond which the firmware stores nothing: give {WHAT}"
-            )
+        if not is_in_range(table[name], value, release):
+            allowed = range_text(table[name])
+            message = f"given {value:.0f}; allowed {allowed}, beyond which the firmware stores nothing: give {WHAT}"
             raise InputError(message, file=file, key=name)
     return numbers
+
+
+def is_in_range(entry: ParameterInfo, value: float, release: Release | None) -> bool:
+    """Return True if a release stores a value; True, too, if the range of that release is not known."""
+    has_range = release is None or release.current or entry.name in SAME_RANGE
+    return not has_range or entry.low <= value <= entry.high
+
+
+def range_text(entry: ParameterInfo) -> str:
+    """Return the range of a setting in words."""
+    return f"{entry.low:g} to {entry.high:g}"

@@ -3,11 +3,12 @@
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
 paired flights alone, each difference by the rule of `objectives.risk.differences`; less noise for larger errors is "quieter
-and softer", the reverse "stiffer and louder"; an error of the first flights that doubles is "worse". For the verdict a loop
-that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
-class, so margins of two files refuse only what the change made worse, those of one file an unstable loop (a peak above 4.3 is
-not judged: other vehicles of the class are quicker or weaker), and losses where most vehicles are lost. Losses that come from
-the wide ranges of a named airframe are not judged (`spread_losses.py`).
+and softer", the reverse "stiffer and louder"; an error of the first flights that doubles is "worse", and so is noise that
+doubles beyond what the errors fall. For the verdict a loop that comes from above 4.3 to at most 2 counts as better, too. If no
+airframe is named, loops are those of the middle of a class, so margins of two files refuse only what the change made worse,
+those of one file an unstable loop (a peak above 4.3 is not judged: other vehicles of the class are quicker or weaker), and
+losses where most vehicles are lost. Losses that come from the wide ranges of a named airframe are not judged
+(`spread_losses.py`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,8 +42,13 @@ FRAGILE_MS = 4.3
 CLASS_ADVICE = "that is the class's middle, and a tune fits one vehicle: give this one's airframe with --airframe"
 MAX_CLASS_LOSS = 0.5
 """Largest share of lost vehicles of a class."""
-MAX_ERROR_GROWTH = 1.0
-"""Growth of an error, as a share, that no gain elsewhere offsets: MPC_XY_P 0.0001 has +129 % of position for -5 % of noise."""
+MAX_GROWTH = 1.0
+"""Growth, as a share, that no gain elsewhere offsets: of an error, or of noise times the error that falls most.
+
+MPC_XY_P 0.0001 has +129 % of position for -5 % of noise. A gain times k multiplies the noise of the commands by k, and divides
+the error after a disturbance by k at best, so an honest trade leaves their product as it is. At twice the product, motors have
+four times the heat that this error costs, since the heat of windings goes with the square of the current.
+"""
 
 
 @dataclass(frozen=True)
@@ -94,13 +100,14 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
     recovered = list(filter(None, map(recovery_text, evidence.loops)))
     trade = evidence.comparison in (SOFTER, STIFFER)
     verdict = evidence.comparison if trade or not recovered else join_words([evidence.comparison, BETTER])
-    return verdict, [*recovered, *map(metric_text, evidence.metrics)]
+    unpaid = [text] if (text := unpaid_noise_text(evidence.metrics)) else []
+    return verdict, [*recovered, *unpaid, *map(metric_text, evidence.metrics)]
 
 
 def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | None]) -> str | None:
     """Return the word on paired flights; None for one file.
 
-    Losses decide where one file has fewer, then errors that double, then all means.
+    Losses decide where one file has fewer, then errors that double, then noise that buys too little, then all means.
 
     Args:
         metrics: Means over the flights of each scenario, with their words.
@@ -111,13 +118,14 @@ def compare_flights(metrics: Sequence[AssessedMetric], losses: Sequence[str | No
         return None
     if (word := join_words(lost)) in (BETTER, WORSE, MIXED):
         return word
-    if any(map(has_doubled, metrics)):
+    if any(map(has_doubled, metrics)) or unpaid_noise_text(metrics):
         return WORSE
+    words = [(row.metric, row.verdict) for row in metrics if row.verdict is not None]
     noise, control = (
-        join_words([row.verdict for row in metrics if (row.metric == NOISE) == is_noise]) for is_noise in (True, False)
+        join_words([word for metric, word in words if (metric == NOISE) == is_noise]) for is_noise in (True, False)
     )
     trades = {(BETTER, WORSE): SOFTER, (WORSE, BETTER): STIFFER}
-    return trades.get((noise, control)) or join_words([row.verdict for row in metrics])
+    return trades.get((noise, control)) or join_words([word for _, word in words])
 
 
 def has_doubled(row: AssessedMetric) -> bool:
@@ -126,7 +134,20 @@ def has_doubled(row: AssessedMetric) -> bool:
     After a step of torque the error goes with one over the gain: there it doubles with gains halved, which is a trade.
     """
     is_error = row.metric != NOISE and row.scenario is None
-    return is_error and row.difference is not None and row.difference.low >= MAX_ERROR_GROWTH
+    return is_error and row.difference is not None and row.difference.low >= MAX_GROWTH
+
+
+def unpaid_noise_text(metrics: Sequence[AssessedMetric]) -> str:
+    """Return the growth of noise beyond the fall of errors, or "".
+
+    Each interval counts by the end that speaks for the change.
+    """
+    factors = [(row.metric == NOISE, 1.0 + row.difference.low) for row in metrics if row.difference is not None]
+    noise = max((factor for is_noise, factor in factors if is_noise), default=1.0)
+    error = min([1.0, *(factor for is_noise, factor in factors if not is_noise)])
+    if noise * error < 1.0 + MAX_GROWTH:
+        return ""
+    return f"noise times {significant(noise, 3)}, for errors times {significant(error, 3)} at best"
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:

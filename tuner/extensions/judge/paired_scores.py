@@ -95,11 +95,15 @@ class PairedScores:
             before=before[0] if before else None,
             after=after,
             difference=difference,
-            # A change is a share of the value before already.
-            verdict=NOT_DISTINGUISHABLE
-            if difference is None
-            else verdict_on_difference(1.0, difference, self.relevant),
+            verdict=self._word(difference) if before else None,
         )
+
+    def _word(self, change: SampledValue | None) -> str:
+        """Return the word on a change, None if there is no ratio."""
+        if change is None:
+            return NOT_DISTINGUISHABLE
+        # A change is a share of the value before already.
+        return verdict_on_difference(1.0, change, self.relevant)
 
     def _change(self, index: int, risk: Risk, values: np.ndarray) -> SampledValue:
         """Return after over before, less 1: the geometric mean of paired flights, or the ratio of both tails."""

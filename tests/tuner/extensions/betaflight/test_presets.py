@@ -87,6 +87,32 @@ def test_a_preset_states_its_release(preset, tmp_path):
     assert "is a preset for Betaflight 4.1; known are Betaflight 4.3" in version_fault(kind, [old])
 
 
+REFUSED = "#$ FIRMWARE_VERSION: 2025.12\nset p_roll = 40\nset anti_gravity_gain = 4000\n"
+
+
+def test_a_setting_that_the_firmware_refuses_leaves_the_earlier_value(tmp_path):
+    """A published tune of 2025.12 has this line: the board answers it with an error, and goes on."""
+    file = write(tmp_path, REFUSED)
+    notes = "\n".join(read("betaflight", file, "loops=own", airframe="f450").notes)
+    assert "anti_gravity_gain" not in read_cli(file, 0)
+    assert (
+        "The firmware refuses these settings, so the earlier values stay: anti_gravity_gain = 4000 (allowed 0 to 250)."
+        in notes
+    )
+    # A board prints no such value, so in its answer the file is damaged or of another firmware.
+    printed = write(tmp_path, BETAFLIGHT.format("2025.12", 45) + "set anti_gravity_gain = 4000\n", "printed.txt")
+    with pytest.raises(InputError, match="anti_gravity_gain: given 4000; allowed 0 to 250"):
+        read("betaflight", printed, "loops=own", airframe="f450")
+
+
+def test_a_preset_of_unchecked_options_says_how_it_sets_something(tmp_path):
+    file = write(
+        tmp_path, "#$ FIRMWARE_VERSION: 4.5\n#$ OPTION BEGIN (UNCHECKED): Gains\nset p_roll = 40\n#$ OPTION END\n"
+    )
+    with pytest.raises(InputError, match="holds no setting of profile 0; check options of the preset, or give"):
+        read_cli(file, 0)
+
+
 def test_an_include_beside_the_preset_is_read(tmp_path):
     write(tmp_path, "set i_roll = 5\n", "defaults.txt")
     file = write(tmp_path, "#$ INCLUDE: presets/4.3/tune/defaults.txt\nset p_roll = 4\n")

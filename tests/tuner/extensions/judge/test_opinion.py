@@ -73,6 +73,19 @@ CASES = {
     "twice the noise, and the position drifts less": (
         {"metrics": [metric("noise", 1.29, 1.2, 1.4), metric("rms.position", -0.2, -0.25, -0.15)]}, "stiffer and louder",
     ),
+    "six times the noise, and a third less error in yaw": (
+        {"metrics": [metric("noise", 5.415, 5.364, 5.466), metric("rms.yaw", -0.356, -0.366, -0.345)]}, "worse",
+    ),
+    "five times the gain, five times the noise, and a fifth of the error after a torque": (
+        {"metrics": [metric("noise", 4.0, 3.9, 4.1), metric("rms.tilt", -0.8, -0.81, -0.79, scenario="torque step")]},
+        "stiffer and louder",
+    ),
+    "perhaps twice the noise, and hardly less error": (
+        {"metrics": [metric("noise", 1.2, 0.9, 1.5), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "stiffer and louder",
+    ),
+    "twice the noise, and hardly less error": (
+        {"metrics": [metric("noise", 1.3, 1.2, 1.4), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "worse",
+    ),
     "nothing changes": ({}, "not distinguishable"),
     "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),
     "attitude follows a little closer": ({"metrics": [metric("rms.tilt", -0.06, -0.08, -0.04)]}, "better"),
