@@ -195,3 +195,18 @@ def test_the_page_of_agents_has_the_table_of_the_server(generator):
     changed = page.replace("| `tail` |", "| `tales` |")
     assert changed != page and agent_tools.with_table(changed) == page
     assert all(f"| `{name}` |" in page for name in commands())
+
+
+def test_what_the_theme_lacks_for_keyboards_and_screen_readers_is_mended(generator):
+    accessible = import_module("accessible").accessible
+    page = (
+        '<p class="caption" role="heading">Begin</p><aside class="sidebar-drawer"></aside><aside class="toc-drawer no-toc">'
+        '</aside><pre>x</pre><div class="table-wrapper docutils container"><th class="head text-right"><p></p></th></div>'
+        '<div id="search-results"></div>'
+    )
+    assert accessible(page) == (
+        '<p class="caption" role="heading" aria-level="2">Begin</p><aside class="sidebar-drawer" aria-label="Pages"></aside>'
+        '<aside aria-label="On this page" class="toc-drawer no-toc"></aside><pre tabindex="0">x</pre>'
+        '<div tabindex="0" class="table-wrapper docutils container"><th class="head text-right">'
+        '<p class="visually-hidden">row</p></th></div><h1>Search</h1>\n<div id="search-results"></div>'
+    )

@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # The program of this checkout is described, whatever is installed.
 sys.path.insert(0, str(ROOT))
 
+from accessible import make_accessible  # noqa: E402
 from pages import page_list, pages, pictures  # noqa: E402
 
 SOURCE, SITE = ROOT / "build" / "docs_source", ROOT / "build" / "docs"
@@ -25,6 +26,7 @@ def main() -> int:
         shutil.copyfile(picture, made(SOURCE / name))
     status = build_main(["-q", "-W", "--keep-going", "-c", str(Path(__file__).parent), str(SOURCE), str(SITE)])
     if status == 0:
+        make_accessible(SITE)
         (SITE / "llms.txt").write_text(page_list(), encoding="utf-8")
         print(f"Documentation: {SITE / 'index.html'}")
     return status

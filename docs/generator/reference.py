@@ -36,13 +36,13 @@ STUDY_HEAD = """# Study file
 Every table and key of a study file, generated from the schema that `tuner check` uses. A file is TOML. Numbers are
 in SI units and angles in radians, unless the key ends in `_deg` or the table says otherwise. An unknown key is an error.
 `[name]` is written once, `[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
-[what there is to choose from](choices.md) lists the names that a key takes. [What may change](stability.md) tells how
+[what there is to choose from](choices.md) lists the names that a key takes. [What may change](stability.md) explains how
 keys change between versions.
 
 ## In an editor
 
-`tuner schema study` prints the same tables as a JSON Schema (2020-12), with which an editor completes keys and names, shows
-meanings and ranges, and marks what is misspelt while it is written:
+`tuner schema study` prints the same tables as a JSON Schema (2020-12). With it an editor completes keys and names, shows
+meanings and ranges, and marks errors:
 
 ```sh
 tuner schema study > study.schema.json      # or plant-study, contest-study, choices-study, trials-study
@@ -55,17 +55,17 @@ Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, t
 title = "Quickstart"
 ```
 
-On the command line, `taplo check my_study.toml` reads that line too. What hangs on several keys, such as the gains of a law, and
-the ranges of what a file of your own defines, `tuner check` alone knows.
+On the command line, `taplo check my_study.toml` reads that line too. Only `tuner check` validates rules between keys, such as the
+gains of a law, and what a file of your own defines.
 """
 GAINS_HEAD = """# Keys of gains.json
 
-Generated from the JSON Schema that `tuner schema gains` prints; [the page on the file](gains_file.md) says what the parts mean.
+Generated from the JSON Schema that `tuner schema gains` prints; [the page on the file](gains_file.md) explains the parts.
 Every quantity is an object with `value` and `unit` (UCUM).
 """
 COMMANDS_HEAD = """# Command line
 
-Generated from `tuner --help` and the help of each command. Exit codes stand in [reading the
+Generated from `tuner --help` and the help of each command. Exit codes are in [reading the
 report](reading_the_report.md#nothing-feasible).
 """
 CHOICES_HEAD = """# What there is to choose from

@@ -100,7 +100,7 @@ def read_mapping(file: Path) -> Mapping:
     except ValidationError as error:
         fault = Fault.of(error.errors()[0])
         key = ".".join(map(str, fault.place))
-        raise InputError(f"{fault.message}; see docs/identify.md for an example", file=file, key=key) from None
+        raise InputError(f"{fault.message}; see docs/log_formats.md for an example", file=file, key=key) from None
     for key, given, allowed in (
         ("axes", mapping.axes, AXES),
         ("time.unit", mapping.time.unit, TIME),
