@@ -23,13 +23,18 @@ Array = np.ndarray
 
 # Frequencies start at this share of that of Nyquist.
 LOWEST = 1e-4
-# Shares of the gains that a design starts from.
-SHARES = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)
+# Factors of the gains that a design starts from. A plant that is unstable by itself takes the larger ones: at small gains its
+# loop satisfies Ms and Mt, and is as unstable as the plant.
+SMALLER, LARGER = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01), (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 # Share of a peak's room above 1 that is used on the frequencies of the design, so that it keeps its limit between them too.
 ROOM = 0.99
 # What stands for a derivative gain of 0, as a share of kp times a control period.
 NOTHING = 1e-6
 DESIGNED = ("kp", "ki", "kd")
+NO_START = (
+    "from 0.01 to 100 times the default gains, within their ranges, no loop is stable within Ms and Mt; give a default that "
+    "stabilizes the plant, wider ranges or larger limits"
+)
 
 
 @dataclass(frozen=True)
@@ -88,17 +93,17 @@ def _design(
     if not (task.high[columns[:2]] > 0.0).all():
         return row, ChannelDesign(False, "kp and ki must be above 0; give them ranges")
     procedure = Procedure(_pid_task(system, row, task, requirements))
-    starts = [np.clip(share * _used(row, columns, system), *_ends(task, columns, system)) for share in SHARES]
-    settled = [procedure.settle(start) for start in starts if procedure.keeps(start)]
-    for gains in sorted(settled, key=procedure.merit, reverse=True):
-        tried = row.copy()
-        tried[columns] = np.clip(gains, task.low[columns], task.high[columns])
-        design = _judged(system, tried, task.channel.name, requirements)
-        if design is not None:
-            return tried, design
-    return row, ChannelDesign(
-        False, "no start within the ranges of its gains keeps Ms and Mt; give ranges that reach lower"
-    )
+    used, ends = _used(row, columns, system), _ends(task, columns, system)
+    for factors in (SMALLER, LARGER):
+        starts = [np.clip(factor * used, *ends) for factor in factors]
+        settled = [procedure.settle(start) for start in starts if procedure.keeps(start)]
+        for gains in sorted(settled, key=procedure.merit, reverse=True):
+            tried = row.copy()
+            tried[columns] = np.clip(gains, task.low[columns], task.high[columns])
+            design = _judged(system, tried, task.channel.name, requirements)
+            if design is not None:
+                return tried, design
+    return row, ChannelDesign(False, NO_START)
 
 
 def loop_parts(system: PlantSystem, row: Array, channel: Channel, omega: Array) -> Array:

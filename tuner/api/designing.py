@@ -80,6 +80,11 @@ class Design(Documented):
     toml: str = ""
 
     @property
+    def has_success(self) -> bool:
+        """Whether an axis or a channel has designed gains."""
+        return any(loop.designed for loop in self.loops)
+
+    @property
     def document(self) -> Row:
         """Everything as data, as `tuner design --json` prints it."""
         return {

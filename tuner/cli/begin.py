@@ -210,9 +210,12 @@ def design(
 ) -> None:
     """Compute gains from loop requirements or by a rule, without a search.
 
+    The exit code is 1 if no loop has a design; the file then has the default gains.
+
     Example: tuner design quickstart --out designed.json
     """
-    answer(tuner.design(study, out, method=method, time=time, watcher=Messages()), as_json)
+    made = tuner.design(study, out, method=method, time=time, watcher=Messages())
+    answer(made, as_json, 0 if made.has_success else BROKEN)
 
 
 @app.command("import")

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -12,6 +13,22 @@ from tuner.cli.main import app
 from tuner.study.plant_study import PlantStudy
 
 MOTOR = QUICKSTART.parent / "dc_motor.toml"
+UNSTABLE = """
+title = "An unstable plant, with gains too small for it"
+seed = 1
+plant = { transfer_function = { numerator = [1.0], denominator = [1.0, 0.0, -1.0] }, control_period = 0.001 }
+actuator = [{ name = "u", low = -20.0, high = 20.0 }]
+channel = [{ name = "y", law = "pid", output = "y", to = "u", lost_beyond = 10.0 }]
+scenario = [{ name = "step", duration = 2.0, search = 2, held_out = 2, reference.y = { kind = "step", size = 1.0 } }]
+objective = [{ metric = "itae.y" }]
+margin = [{ quantity = "ms", max = 2.0 }]
+
+[gains]
+"y.kp" = { low = 0.1, high = 50.0, default = 0.5 }
+"y.ki" = { low = 0.01, high = 20.0, default = 0.1 }
+"y.kd" = { low = 0.05, high = 20.0, default = 0.2 }
+"y.t_f" = 0.001
+"""
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +64,19 @@ def test_the_command_prints_it_and_another_law_is_said(tmp_path):
         app, ["design", str(MOTOR.with_name("two_masses.toml")), "--out", str(tmp_path / "g.json"), "--json"]
     )
     content = json.loads(told.stdout)
+    assert told.exit_code == 1
     assert [row["designed"] for row in content["design"]] == [False]
     assert "no designer for the law 'ladrc'" in content["warnings"][0]
     printed = CliRunner().invoke(app, ["design", str(MOTOR), "--out", str(tmp_path / "motor.json")])
     assert printed.exit_code == 0 and "[gains]" in printed.stdout and (tmp_path / "motor.json").exists()
     with pytest.raises(tuner.StoreError):
         tuner.design(MOTOR, tmp_path / "motor.json")
+
+
+def test_an_unstable_plant_has_a_design_from_gains_that_do_not_hold_it(tmp_path):
+    (tmp_path / "unstable.toml").write_text(UNSTABLE, encoding="utf-8")
+    designed = tuner.design(tmp_path / "unstable.toml")
+    # Poles of (s^2 - 1) s + kd s^2 + kp s + ki: sampling and filter are 1000 times faster.
+    poles = [np.roots([1.0, g["y.kd"], g["y.kp"] - 1.0, g["y.ki"]]).real for g in (designed.default, designed.gains)]
+    assert poles[0].max(axis=0) > 0.0 > poles[1].max(axis=0)
+    assert designed.has_success and 1.0 < (designed.loops[0].ms or 0.0) <= 2.0
