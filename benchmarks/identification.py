@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
+from itertools import count, islice
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
@@ -202,12 +203,24 @@ def identify_independent(pool: ProcessPoolExecutor, logs: int, duration: float, 
         yield from pool.map(identify, range(min(BATCH, logs - BATCH * (seed - first))))
 
 
-def identify_rotorpy(pool: ProcessPoolExecutor, logs: int, duration: float, first: int) -> Iterator[Outcome | None]:
-    """Identify vehicles of RotorPy, of seeds from a first one on."""
+def rotorpy_seeds(first: int, low: float, high: float) -> Iterator[int]:
+    """Yield the seeds from a first one on whose vehicles of RotorPy have a mass in a range [kg]."""
+    for seed in count(first):
+        # The flight draws the scale of its vehicle first: 30 g to 6 kg.
+        mass = 0.03 * float(np.exp(np.random.default_rng((seed, 31)).uniform(0.0, np.log(200.0))))
+        if low <= mass <= high:
+            yield seed
+
+
+def identify_rotorpy(
+    pool: ProcessPoolExecutor, logs: int, duration: float, first: int, masses: tuple[float, float] = (0.0, np.inf)
+) -> Iterator[Outcome | None]:
+    """Identify vehicles of RotorPy with a mass in a range [kg], of seeds from a first one on."""
     if not is_installed():
         sys.exit("RotorPy is not installed among the clients: python3 tests/clients/install.py rotorpy")
     with TemporaryDirectory() as folder:
-        yield from pool.map(partial(identify_rotorpy_log, folder, duration), range(first, first + logs))
+        seeds = islice(rotorpy_seeds(first, *masses), logs)
+        yield from pool.map(partial(identify_rotorpy_log, folder, duration), seeds)
 
 
 SIMULATORS = {"independent": identify_independent, "rotorpy": identify_rotorpy}
@@ -229,13 +242,20 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=200, help="number of vehicles, a log each")
     parser.add_argument("--duration", type=float, default=DURATION, help="of a log [s]")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--masses", type=float, nargs=2, help="range of the vehicles of RotorPy [kg], printed alone")
     parser.add_argument("--processes", type=int, default=2)
     chosen = parser.parse_args()
     tried: list[Outcome | None] = []
     with ProcessPoolExecutor(chosen.processes) as pool:
-        for outcome in SIMULATORS[chosen.simulator](pool, chosen.logs, chosen.duration, chosen.first):
+        given = (pool, chosen.logs, chosen.duration, chosen.first)
+        outcomes = identify_rotorpy(*given, chosen.masses) if chosen.masses else SIMULATORS[chosen.simulator](*given)
+        for outcome in outcomes:
             tried.append(outcome)
             print(f"{len(tried)} of {chosen.logs}", flush=True)
+    if chosen.masses:
+        entry = measure(tried, chosen.duration)
+        print(markdown(*[entry[key] for key in ("numbers", "logs", "refused", "bands", "duration")]))
+        return
     write_results(chosen.simulator, tried, chosen.duration)
 
 

@@ -40,10 +40,11 @@ def subject_lines(document: AssessmentDocument) -> list[str]:
     if document.gyro_noise is None:
         return [*guessed, f"Not judged, and not flown: {document.after.file}{than}."]
     noise = f"{significant(document.gyro_noise.value, 2)} {document.gyro_noise.unit}"
+    flights = f"{document.flights} flights" + ("" if before is None else " of each file, paired")
     return [
         *guessed,
         f"Judged: {document.after.file}{than}; vehicle: {vehicle.name}, {vehicle.title} ({vehicle.ranges}).",
-        f"{document.flights} flights of each file, paired: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
+        f"{flights}: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
         *(
             f"{row.flights} flights: {row.name}; lost {lost_words(row.lost_after, row.lost_before)}."
             for row in document.further

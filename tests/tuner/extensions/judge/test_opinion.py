@@ -80,11 +80,14 @@ CASES = {
         {"metrics": [metric("noise", 4.0, 3.9, 4.1), metric("rms.tilt", -0.8, -0.81, -0.79, scenario="torque step")]},
         "stiffer and louder",
     ),
-    "perhaps twice the noise, and hardly less error": (
-        {"metrics": [metric("noise", 1.2, 0.9, 1.5), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "stiffer and louder",
+    "perhaps four times the noise, and hardly less error": (
+        {"metrics": [metric("noise", 2.8, 2.2, 3.4), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "stiffer and louder",
+    ),
+    "four times the noise, and hardly less error": (
+        {"metrics": [metric("noise", 2.8, 2.5, 3.1), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "worse",
     ),
     "twice the noise, and hardly less error": (
-        {"metrics": [metric("noise", 1.3, 1.2, 1.4), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "worse",
+        {"metrics": [metric("noise", 1.2, 1.1, 1.3), metric("rms.tilt", -0.05, -0.06, -0.04)]}, "stiffer and louder",
     ),
     "nothing changes": ({}, "not distinguishable"),
     "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),

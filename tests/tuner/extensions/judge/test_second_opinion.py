@@ -142,6 +142,7 @@ def test_one_file_is_held_against_limits_and_never_called_safe(tmp_path):
     # Nothing to compare with: no word on a difference, neither in the document nor in the table.
     assert {row.verdict for row in unnamed.document.metrics} == {None} and len(unnamed.table["verdict"].dropna()) == 0
     assert "| metric | value |" in unnamed.page and "distinguishable" not in unnamed.page
+    assert "paired" not in unnamed.page
     page = unnamed.page.lower()
     assert "safe" not in page and page.index("no airframe was named") < page.index("**no objection")
 
