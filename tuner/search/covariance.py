@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
 inlined, allocating = inliner(OPTIONS), inliner(OPTIONS, allocates=True)
 # As NumPy sums: a product is rounded before it is added.
-ROUNDED: dict[str, Any] = {"error_model": "numpy"}
+ROUNDED_OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 # Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series is around half of a 256th of it.
 MAX_DISTANCE = 40.0
 CENTER = MAX_DISTANCE / 512.0
@@ -44,7 +44,7 @@ def compiled(function: Callable[..., Any], options: dict[str, Any] = OPTIONS) ->
 
 def compiled_rounded(function: Callable[..., Any]) -> Any:
     """Compile a function whose sums are those of NumPy to the bit."""
-    return compiled(function, ROUNDED)
+    return compiled(function, ROUNDED_OPTIONS)
 
 
 @inlined

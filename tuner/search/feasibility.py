@@ -1,4 +1,4 @@
-"""Probabilities that points satisfy constraints, worked out where they decide a choice.
+"""Probabilities that points satisfy constraints, computed where they decide a choice.
 
 A point is chosen by its value times its probability. The probability under constraints that are computed without flying is the
 dearest part of it, and 1 bounds it, so of some 450 points of a pool only the 70 with the largest products of value and bound need
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.threads import parallel_map
-from tuner.search.gaussian_process import N_COLUMNS, GaussianProcess
+from tuner.search.gaussian_process import GaussianProcess
 
 Array = np.ndarray
 # Points of an order that are evaluated again at once.
@@ -21,8 +21,8 @@ N_LEADING = 8
 CHECKS_PER_PICK, MIN_CHECKS = 3, 32
 # Probabilities that are worked out at once, at first; twice as many each time.
 N_EXACT = 64
-# Least weight of a point that is drawn.
-MIN_WEIGHT = 1e-12
+# Least weight of a point that is drawn, points that are looked at together, and those by which constraints are sorted.
+MIN_WEIGHT, SAMPLING_BATCH, SORTING_BATCH = 1e-12, 256, 64
 
 
 class ConstraintModel(NamedTuple):
@@ -51,22 +51,20 @@ def sample_feasible(
     smallest quotients of an exponential draw and the probability count, and the draw alone is a lower bound of it.
     """
     draws = rng.exponential(size=len(points))
-    order, quotients = np.argsort(draws, kind="stable"), np.full(len(points), np.inf)
-    first = order[:N_COLUMNS]
-    quotients[first] = draws[first] / np.maximum(probability_of_feasibility(constraints, points[first]), MIN_WEIGHT)
-    largest = np.sort(quotients[first])[:count][-1]
-
-    def fill(rows: Array) -> None:
+    order, quotients, largest = np.argsort(draws, kind="stable"), np.full(len(points), np.inf), np.inf
+    few = points[order[:SORTING_BATCH]]
+    # Those that refuse most come first and leave few points to the others.
+    constraints = sorted(constraints, key=lambda limit: float(limit.probability(few).sum()))
+    for begin in range(0, len(points), SAMPLING_BATCH):
+        rows = order[begin : begin + SAMPLING_BATCH]
+        rows = rows[draws[rows] <= largest]
         product = np.ones(len(rows))
         for limit in constraints:
             product *= limit.probability(points[rows])
-            quotient = draws[rows] / np.maximum(product, MIN_WEIGHT)
-            rows, product = rows[quotient <= largest], product[quotient <= largest]
+            may = draws[rows] / np.maximum(product, MIN_WEIGHT) <= largest
+            rows, product = rows[may], product[may]
         quotients[rows] = draws[rows] / np.maximum(product, MIN_WEIGHT)
-
-    others = order[N_COLUMNS:]
-    others = others[draws[others] <= largest]
-    parallel_map(fill, [others[begin : begin + N_COLUMNS] for begin in range(0, len(others), N_COLUMNS)])
+        largest = np.partition(quotients, count - 1)[count - 1]
     return points[np.argsort(quotients, kind="stable")[:count]]
 
 
@@ -89,12 +87,15 @@ class FeasibilityProbabilities:
         self._refresh()
 
     def _refresh(self) -> None:
-        """Take the models of all analyses as they are now; every probability is open again, and at most that of the flights."""
+        """Take the models of all analyses as they are now.
+
+        Every probability is open again, and at most that of the flights.
+        """
         for level, screen in enumerate(self._screens):
             models, before = screen.models, self._levels[level][0]
             if models is not before or not len(self._levels[level][1]):
                 self._levels[level] = models, np.full(len(self._pool), np.nan)
-        self._is_modelled = ~self.is_checked
+        self._has_models = ~self.is_checked
         self._bound, self._is_exact = self._flown.copy(), np.zeros(len(self._pool), dtype=bool)
 
     def exact(self, rows: Array) -> Array:
@@ -103,14 +104,17 @@ class FeasibilityProbabilities:
         if len(open_rows):
             product = np.ones(len(open_rows))
             for level in range(len(self._screens)):
-                asked = self._is_modelled[open_rows] if level == 0 else np.full(len(open_rows), True)
-                product[asked] *= self._of_level(level, open_rows[asked])
+                with_models = self._has_models[open_rows] if level == 0 else np.full(len(open_rows), True)
+                product[with_models] *= self._of_level(level, open_rows[with_models])
             self._bound[open_rows] = self._flown[open_rows] * product
             self._is_exact[open_rows] = True
         return self._bound[rows]
 
     def _of_level(self, level: int, rows: Array) -> Array:
-        """Return the probabilities (k,) of satisfying an analysis; those of a model are worked out once."""
+        """Return the probabilities (k,) of satisfying an analysis.
+
+        Those of a model are computed once.
+        """
         models, probabilities = self._levels[level]
         new = rows[np.isnan(probabilities[rows])]
         if len(new):
@@ -118,7 +122,7 @@ class FeasibilityProbabilities:
         return probabilities[rows]
 
     def order(self, values: Array, unchecked: int = 0) -> Array:
-        """Return the selectable rows (k,), those with the largest products of value (p,) and probability first.
+        """Return the selectable rows (k,) by value (p,) times probability, largest first.
 
         The first `N_LEADING` rows are so for certain, and so is a number of unchecked ones; those behind them go by bounds.
         """

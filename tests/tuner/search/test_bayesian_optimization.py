@@ -246,7 +246,7 @@ def test_the_reference_point_is_a_tenth_beyond_the_default_or_the_one_given():
 
 
 @pytest.mark.parametrize(("power", "likely"), [(1.0, 4.0), (8.0, 1.0)])
-def test_a_quantity_is_modelled_on_the_scale_on_which_it_is_smooth(data, power, likely):
+def test_a_quantity_has_models_on_the_scale_on_which_it_is_smooth(data, power, likely):
     """A plane as it is, or its exponential over eight decades: a line is best modelled as one, decades by their logarithm."""
     plane = (data[0] @ [1.0, 0.5, 0.2]) / 1.7
     values = plane - plane.min() if power == 1.0 else np.expm1(np.log(10.0) * power * (plane - plane.min()))
@@ -435,7 +435,7 @@ def test_probabilities_that_are_kept_are_those_of_the_models_there_are(monkeypat
         rows = order(self, values, unchecked)
         product = np.ones(len(self._pool))
         for level, (models, _) in enumerate(self._levels):
-            some = np.full(len(product), True) if level else self._is_modelled
+            some = np.full(len(product), True) if level else self._has_models
             product[some] *= probability_of_feasibility(models, self._pool[some])
         product *= self._flown
         selectable = np.flatnonzero(self.is_selectable)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.evaluator import Evaluation, Evaluator, relative_excess
+from objectives.evaluator import Evaluation, Evaluator
 from objectives.problem import Problem
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.ties import first_smallest, increasing_order
@@ -125,8 +125,7 @@ class LimitWatch:
         if not len(front):
             keeps = ~np.any(evaluation.violations[:, len(back_off.shift) :] > 0.0, axis=1) & evaluation.complete
             rows = np.flatnonzero(keeps)
-            beyond = relative_excess(self.problem.constraints, excess[rows])
-            return rows[[first_smallest(beyond.max(axis=1))]] if len(rows) else rows
+            return rows[[first_smallest(excess[rows].max(axis=1))]] if len(rows) else rows
         reach = np.zeros((len(front), len(self.problem.constraints)))
         for i in self._limited:
             above = widths(evaluation, self.problem.constraints, i, self.study.seed, front)[1]
