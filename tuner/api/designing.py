@@ -19,7 +19,7 @@ from tuner.api.gains import Gains, gains_of, gains_of_plant
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
-from tuner.documents.parts import NumberWithUnit
+from tuner.documents.parts import NumberWithUnit, in_shown_units
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.extension import find
 from tuner.gains import Controller
@@ -30,6 +30,8 @@ from tuner.store.document import DocumentPart, taken
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import holds_place
+from tuner.text.numbers import significant
+from tuner.text.sentences import listing
 from tuner.text.toml_text import shown as toml
 
 if TYPE_CHECKING:
@@ -216,10 +218,26 @@ def designed(study: PlantStudy, proposal: Proposal) -> Design:
     lacking = [
         f"No design for {each.channel}: {each.why}; the default gains stand in." for each in loops if not each.designed
     ]
-    warnings = [*lacking, *proposal.notes]
     gains = {"default": gains_of_plant(study, default), "design": gains_of_plant(study, row)}
-    margins = {name: each.judge_margins(Trim(), None, False)[1] for name, each in gains.items()}
+    limits = study if study.table.margin else None
+    margins = {name: each.judge_margins(Trim(), limits, False)[1] for name, each in gains.items()}
+    warnings = [*lacking, *proposal.notes, *beyond_limits(margins["design"] if limits else None)]
     return Design(gains["design"], gains["default"], loops, margins, warnings, gains_table(study, row))
+
+
+def beyond_limits(margins: MarginsDocument | None) -> list[str]:
+    """Return a sentence on the limits that a design violates, none without margins."""
+    rows = [] if margins is None else [in_shown_units(row) for row in margins.requirements if not row.is_satisfied]
+    if not rows:
+        return []
+    texts = [
+        f"{row.label} is {significant(row.value, 3)}{'' if row.unit == '1' else f' {row.unit}'}, "
+        f"{row.sense} {significant(row.limit, 3)}"
+        for row in rows
+    ]
+    return [
+        f"The design violates limits of the study: {listing(texts)}. It shapes Ms and Mt alone; tune the rest by a search."
+    ]
 
 
 DESIGNERS: dict[str, Callable[[Any], Design]] = {Study.kind: design_quadrotor, PlantStudy.kind: design_plant}

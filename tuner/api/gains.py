@@ -29,7 +29,7 @@ from tuner.gains import Controller, TunedLoops, plant_gains_document, to_documen
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
 from tuner.gains.sections import PLANT_FORMAT
-from tuner.store.advice import RECORD
+from tuner.store.advice import POINTS, RECORD
 from tuner.store.document import write_new
 from tuner.study.files import named_study
 from tuner.study.kinds import AnyStudy
@@ -420,11 +420,12 @@ def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
     Args:
         document: The content.
         path: The file, None where none holds it.
-        folder: Folder of the file; a results folder keeps its study.
+        folder: Folder of the file; a results folder, which may hold it in `points`, keeps its study.
     """
     if document["format"] == VARIABLES_FORMAT:
         return VariableValues(document, path)
-    home = folder if (folder / RECORD).exists() else None
+    folders = (folder, folder.parent) if folder.name == POINTS else (folder,)
+    home = next((each for each in folders if (each / RECORD).exists()), None)
     return PlantGains(document, path, loops=TunedLoops.read(document, path), folder=home)
 
 

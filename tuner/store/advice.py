@@ -21,6 +21,8 @@ STEPS = "stages.json"
 """File of a tail's or an autotune's folder: its steps with their inputs."""
 CONTENDERS = "contenders"
 """Folder of a contest's folder in which its contenders' runs lie."""
+POINTS = "points"
+"""Folder of a results folder in which the gains of its named points lie."""
 
 
 def kind_of(path: Path) -> str | None:

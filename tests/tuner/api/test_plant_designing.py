@@ -80,3 +80,14 @@ def test_an_unstable_plant_has_a_design_from_gains_that_do_not_hold_it(tmp_path)
     poles = [np.roots([1.0, g["y.kd"], g["y.kp"] - 1.0, g["y.ki"]]).real for g in (designed.default, designed.gains)]
     assert poles[0].max(axis=0) > 0.0 > poles[1].max(axis=0)
     assert designed.has_success and 1.0 < (designed.loops[0].ms or 0.0) <= 2.0
+
+
+def test_a_design_names_the_limits_that_it_does_not_shape(tmp_path):
+    limit = 'margin = [{ quantity = "ms", max = 2.0 }, { quantity = "phase_margin", min = 89.0 }]'
+    text = UNSTABLE.replace('margin = [{ quantity = "ms", max = 2.0 }]', limit)
+    (tmp_path / "limited.toml").write_text(text, encoding="utf-8")
+    designed = tuner.design(tmp_path / "limited.toml")
+    rows = {row.label: row for row in designed.margins["design"].requirements}
+    assert rows["ms"].is_satisfied and not rows["phase_margin"].is_satisfied
+    (line,) = [line for line in designed.warnings if "violates limits" in line]
+    assert "phase_margin is 8" in line and "deg, min 89" in line and "ms is" not in line

@@ -15,8 +15,6 @@ from tuner.search.front import knee
 from tuner.study.comparison import slug_of
 
 KNEE, NEAR = "knee", "near-default"
-FOLDER = "points"
-"""Folder of their gains in a results folder."""
 
 
 class Named(NamedTuple):

@@ -27,7 +27,6 @@ from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.fans import Fans, response_table
 from tuner.experiments.tuning.gains_of_run import gains_document
-from tuner.experiments.tuning.named_points import FOLDER as POINTS
 from tuner.experiments.tuning.named_points import possible_names
 from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
@@ -45,7 +44,7 @@ from tuner.experiments.tuning.tables import (
 from tuner.search.convergence import StoppingRule
 from tuner.search.loop import Search
 from tuner.search.watcher import Watcher
-from tuner.store.advice import JUDGEMENT
+from tuner.store.advice import JUDGEMENT, POINTS
 from tuner.store.clock import Clock
 from tuner.study.tuning_study import TuningStudy
 
