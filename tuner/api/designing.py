@@ -225,8 +225,8 @@ def designed(study: PlantStudy, proposal: Proposal) -> Design:
     return Design(gains["design"], gains["default"], loops, margins, warnings, gains_table(study, row))
 
 
+def beyond_limits(margins: MarginsDocument | None) -> list[str]:
     """Return a sentence on the limits that a design violates."""
-    """Return a sentence on the limits that a design violates, none without margins."""
     rows = [] if margins is None else [in_shown_units(row) for row in margins.requirements if not row.is_satisfied]
     if not rows:
         return []
