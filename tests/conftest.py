@@ -104,7 +104,7 @@ def pytest_collection_modifyitems(items):
 def draw_no_constants_of_sources():
     """Leave the constants of the tool's own sources out of what hypothesis draws: to read them takes 2 s of each worker."""
     if "hypothesis" in sys.modules:
-        import_module("hypothesis.internal.conjecture.providers").is_local_module_file = lambda _: False
+        setattr(import_module("hypothesis.internal.conjecture.providers"), "is_local_module_file", lambda _: False)  # noqa: B010
 
 
 def pytest_collection_finish(session):

@@ -8,6 +8,8 @@ While the front is small, the first point of a generation improves one objective
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import prod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,14 +17,6 @@ from plant.seeds import generator
 from plant.threads import parallel_map
 from tuner.search.acquisition import FeasibilityAcquisition, HypervolumeImprovement
 from tuner.search.constraint_ranking import power_of_two
-from tuner.search.feasibility import (
-    N_LEADING,
-    ConstraintModel,
-    DeterministicConstraints,
-    FeasibilityProbabilities,
-    probability_of_feasibility,
-    sample_feasible,
-)
 from tuner.search.front import feasible_front
 from tuner.search.gaussian_process import GaussianProcess, Hyperparameters, fit_hyperparameters
 from tuner.search.objective_models import MAX_SPREADS, ObjectiveModels, OutputScale, fit_output_scale, scale_values
@@ -33,8 +27,8 @@ Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
 # Points drawn for each of those that fill the cube, while few points are known and limits are computed without flying: where 2 of
-# 100 keep them, 128 points hold next to nothing to explore.
-EARLY_DRAWS = 32
+# 100 keep them, 128 points hold next to nothing to explore. Least weight of one.
+EARLY_DRAWS, MIN_WEIGHT = 32, 1e-12
 # Least number of points of the pool for each point of a generation.
 CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
@@ -51,8 +45,17 @@ MIN_END_IMPROVEMENT = 1e-6
 # Coordinates of a point that are perturbed, in the mean: a share, in many dimensions so many, and at least so many in few (random
 # subspaces: R. G. Regis, C. A. Shoemaker, Engineering Optimization 45(5):529-555, 2013).
 MAX_SHARE, N_PERTURBED, MIN_PERTURBED = 0.5, 10.0, 3.0
-# Least number of parents of the pool.
-N_INCUMBENTS = 8
+# Least number of parents of the pool; and points that are re-evaluated at once.
+N_INCUMBENTS, REEVALUATION_BATCH = 8, 8
+# Points checked without flying: for each that is still to be picked, and at least. One by one takes far longer.
+CHECKS_PER_PICK, MIN_CHECKS = 3, 32
+
+
+class ConstraintModel(NamedTuple):
+    """The model of a constraint that is satisfied up to a threshold."""
+
+    model: GaussianProcess
+    threshold: float
 
 
 class BayesianOptimization:
@@ -141,7 +144,7 @@ class BayesianOptimization:
         rest = self._population - len(self._points) % self._population
         return min(EARLY_BATCH, rest) if len(self._points) < N_EARLY else rest
 
-    def _select_improving(self, improvement: HypervolumeImprovement, feasibility: FeasibilityProbabilities) -> Array:
+    def _select_improving(self, improvement: HypervolumeImprovement, feasibility: "FeasibilityProbabilities") -> Array:
         """Return rows (n,) of the pool: the first improves an end of the front, the others the hypervolume."""
         n_objectives, batch = self._values.shape[1], self._batch
         rows = np.empty(0, dtype=int)
@@ -151,7 +154,7 @@ class BayesianOptimization:
             rows = select_batch(improvement.of_objective(index), feasibility, 1, batch - 1)
             # Whoever was chosen is pending there, and improves nothing any more.
             end = improvement.of_objective(index)
-            if end.evaluate(rows)[0] * feasibility.exact(rows)[0] > MIN_END_IMPROVEMENT:
+            if end.evaluate(rows)[0] * feasibility.probability[rows[0]] > MIN_END_IMPROVEMENT:
                 improvement.add_pending(int(rows[0]))
             else:
                 feasibility.is_selectable[rows], rows = True, rows[:0]
@@ -176,7 +179,7 @@ class BayesianOptimization:
         return fit
 
     def _feasibility(
-        self, pool: Array, models: list[ConstraintModel], rng: np.random.Generator
+        self, pool: Array, models: "list[ConstraintModel]", rng: np.random.Generator
     ) -> FeasibilityAcquisition:
         posteriors = parallel_map(lambda constraint: constraint.model.posterior(pool), models)
         return FeasibilityAcquisition(posteriors, len(pool), rng)
@@ -195,11 +198,14 @@ class BayesianOptimization:
     def _global_points(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
         """Return points (p, d) that fill the cube.
 
-        While few points are known they fill the part of it where what is computed is probably satisfied.
+        While few points are known they fill the part of it where what is computed is probably satisfied. Sampling without
+        replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
         """
         if not computed or len(self._points) >= N_EARLY:
             return self._sobol.random(N_GLOBAL)
-        return sample_feasible(computed, self._sobol.random(EARLY_DRAWS * N_GLOBAL), N_GLOBAL, rng)
+        points = self._sobol.random(EARLY_DRAWS * N_GLOBAL)
+        probability = np.maximum(probability_of_feasibility(computed, points), MIN_WEIGHT)
+        return points[np.argsort(rng.exponential(size=len(points)) / probability, kind="stable")[:N_GLOBAL]]
 
     def _enough(self, pool: Array) -> Array:
         """Return a pool (p, d) of at least a generation."""
@@ -259,29 +265,138 @@ def warm_up() -> None:
 
 
 def select_batch(
-    acquisition: Acquisition, feasibility: FeasibilityProbabilities, batch: int, reserve: int = 0
+    acquisition: Acquisition, feasibility: "FeasibilityProbabilities", batch: int, reserve: int = 0
 ) -> Array:
     """Return rows (n,) of the pool: chosen greedily by acquisition times probability of feasibility.
 
     reserve: number of rows that stay selectable for a later batch.
     Acquisition values only decrease with pending points (submodularity), so only the best stale ones are evaluated again.
     """
-    values = acquisition.evaluate(np.arange(len(feasibility.is_selectable)))
+    values = acquisition.evaluate(np.arange(len(feasibility.probability)))
     fresh, rows = np.ones(len(values), dtype=bool), list[int]()
     while len(rows) < batch:
-        best = feasibility.order(values)[:N_LEADING]
-        if not fresh[best[0]]:
-            stale = best[~fresh[best]]
+        selectable = np.flatnonzero(feasibility.is_selectable)
+        probability = feasibility.probability[selectable]
+        order = selectable[np.lexsort((-probability, -values[selectable] * probability))]
+        stale = order[:REEVALUATION_BATCH][~fresh[order[:REEVALUATION_BATCH]]]
+        if not fresh[order[0]]:
             values[stale], fresh[stale] = acquisition.evaluate(stale), True
-        elif not feasibility.is_checked[best[0]]:
-            feasibility.check(values, batch - len(rows), reserve)
+        elif not feasibility.is_checked[order[0]]:
+            feasibility.check(order, batch - len(rows), reserve)
         else:
-            rows.append(int(best[0]))
+            rows.append(int(order[0]))
             feasibility.is_selectable[rows[-1]] = False
             acquisition.add_pending(rows[-1])
             fresh[:] = False
             rows = rows if len(rows) < batch else feasibility.confirm(rows)
     return np.array(rows, dtype=int)
+
+
+def probability_of_feasibility(constraints: list[ConstraintModel], pool: Array) -> Array:
+    """Return the probability (p,) of satisfying all constraints: taken as independent, at points (p, d)."""
+    probabilities = parallel_map(lambda limit: limit.model.posterior(pool).cdf(limit.threshold), constraints)
+    return prod(probabilities, start=np.ones(len(pool)))
+
+
+class FeasibilityProbabilities:
+    """Probabilities of feasibility over a pool of candidates: 0 or 1 once checked.
+
+    probability (p,): of satisfying all constraints; is_selectable (p,): mask of the candidates to choose from; is_checked (p,):
+    mask of those that the first analysis has checked.
+
+    Args:
+        pool: candidates (p, d).
+        flown: their probability (p,) of satisfying the constraints that need flights.
+        screens: constraints computed without flights.
+    """
+
+    def __init__(self, pool: Array, flown: Array, screens: "Sequence[DeterministicConstraints]") -> None:
+        self._pool, self._flown, self._screens = pool, flown, screens
+        self.is_selectable = np.ones(len(pool), dtype=bool)
+        self.is_checked = np.full(len(pool), not screens)
+        self._latest: list[tuple[list[ConstraintModel], Array, Array]] = [([], np.zeros(0), np.zeros(0))] * len(screens)
+        self.probability = flown * self._computed()
+
+    def check(self, order: Array, needed: int, reserve: int = 0) -> None:
+        """Check the first rows (k,) of an order by the first analysis.
+
+        needed: number still to be picked; reserve: number that must be left then.
+        """
+        rows = order[~self.is_checked[order]][: max(CHECKS_PER_PICK * needed, MIN_CHECKS)]
+        self.is_checked[rows] = True
+        is_feasible = self._screens[0].is_feasible(self._pool[rows])
+        if is_feasible.sum() + len(order) - len(rows) < needed + reserve:
+            # Too few candidates remain: infeasible ones stay selectable.
+            return
+        self.is_selectable[rows] = is_feasible
+        self.probability = self._flown * self._computed()
+
+    def confirm(self, rows: list[int]) -> list[int]:
+        """Return the rows that satisfy the longer analyses.
+
+        All rows stay where the pool has too few others.
+        """
+        needed = len(rows)
+        for screen in self._screens[1:]:
+            is_feasible = screen.is_feasible(self._pool[rows])
+            if np.count_nonzero(self.is_selectable) < needed - np.count_nonzero(is_feasible):
+                return rows
+            if not is_feasible.all():
+                rows = [row for row, feasible in zip(rows, is_feasible, strict=True) if feasible]
+                self.probability = self._flown * self._computed()
+        return rows
+
+    def _computed(self) -> Array:
+        """Return the probability (p,) of satisfying all analyses: of the first, 1 where checked."""
+        product = np.ones(len(self._pool))
+        for level, screen in enumerate(self._screens):
+            rows = np.full(len(product), True) if level else ~self.is_checked
+            product[rows] *= self._probability(level, screen.models, rows)
+        return product
+
+    def _probability(self, level: int, models: list[ConstraintModel], rows: Array) -> Array:
+        """Return the probability of satisfying an analysis at some rows (p,); models change when its analysis is asked."""
+        models_before, rows_before, probability = self._latest[level]
+        if models is not models_before or not np.array_equal(rows, rows_before):
+            probability = probability_of_feasibility(models, self._pool[rows])
+            self._latest[level] = models, rows, probability
+        return probability
+
+
+class DeterministicConstraints:
+    """Constraints computed without flying, once for each point. points (n, d), excess (n, h): of all points so far.
+
+    evaluate: points -> excess, 0 or less where they hold. model: points and excess -> models of the constraints ever violated.
+    """
+
+    def __init__(
+        self, evaluate: Callable[[Array], Array], model: Callable[[Array, Array], list[ConstraintModel]]
+    ) -> None:
+        self._evaluate, self._model = evaluate, model
+        self._rows: dict[bytes, int] = {}
+        self._models: tuple[int, list[ConstraintModel]] = (0, [])
+
+    @property
+    def models(self) -> list[ConstraintModel]:
+        """Models of the constraints, from all points so far."""
+        if self._models[0] < len(self._rows):
+            # Values far from the threshold do not locate it.
+            self._models = (len(self._rows), self._model(self.points, np.clip(self.excess, -1.0, 1.0)))
+        return self._models[1]
+
+    def is_feasible(self, points: Array) -> Array:
+        """Return a mask (n,) of the points (n, d) that satisfy all."""
+        new = {point.tobytes(): point for point in points if point.tobytes() not in self._rows}
+        if new:
+            added = np.array(list(new.values()))
+            # Margins come from LAPACK: their last digits must not decide the course of the search.
+            excess = np.round(self._evaluate(added), 9)
+            self.points = np.concatenate([self.points, added]) if self._rows else added
+            self.excess = np.concatenate([self.excess, excess]) if self._rows else excess
+            self._rows |= {key: len(self._rows) + i for i, key in enumerate(new)}
+        if not len(points):
+            return np.ones(0, dtype=bool)
+        return np.all(self.excess[[self._rows[point.tobytes()] for point in points]] <= 0.0, axis=1)
 
 
 def violation_scales(violations: Array) -> Array:

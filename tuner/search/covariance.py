@@ -24,8 +24,6 @@ Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
 inlined, allocating = inliner(OPTIONS), inliner(OPTIONS, allocates=True)
-# As NumPy sums: a product is rounded before it is added.
-ROUNDED_OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 # Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series is around half of a 256th of it.
 MAX_DISTANCE = 40.0
 CENTER = MAX_DISTANCE / 512.0
@@ -37,14 +35,9 @@ BLOCK_COLUMNS = 64
 MIN_PIVOT = 1e-10
 
 
-def compiled(function: Callable[..., Any], options: dict[str, Any] = OPTIONS) -> Any:
+def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function that is called from Python and keep it."""
-    return keep_file(kernel(options)(function), Path(function.__code__.co_filename))
-
-
-def compiled_rounded(function: Callable[..., Any]) -> Any:
-    """Compile a function whose sums are those of NumPy to the bit."""
-    return compiled(function, ROUNDED_OPTIONS)
+    return keep_file(kernel(OPTIONS)(function), Path(function.__code__.co_filename))
 
 
 @inlined
@@ -147,20 +140,6 @@ def solve_triangular(upper: Array, right: Array) -> Array:
         for j in range(solution.shape[1]):
             solution[i, j] /= upper[i, i]
     return solution
-
-
-@compiled_rounded
-def column_sums(solution: Array, half: Array) -> Array:
-    """Return the sums (2, p) of columns of a solution (n, p): times half (n,), and squared.
-
-    One pass without copies; as arrays of NumPy they took as long as the solution itself.
-    """
-    sums = np.zeros((2, solution.shape[1]))
-    for i in range(len(solution)):
-        for j in range(np.uintp(solution.shape[1])):
-            sums[0, j] += solution[i, j] * half[i]
-            sums[1, j] += solution[i, j] * solution[i, j]
-    return sums
 
 
 @compiled

@@ -6,7 +6,7 @@ more dimensions (C. Hvarfner, E. O. Hellsten, L. Nardi, "Vanilla Bayesian optimi
 2024).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from math import log, sqrt
 
@@ -163,9 +163,9 @@ class GaussianProcess:
         """Return the posterior at points (p, d)."""
         scaled = points * self._hyperparameters.scales
         parts = [scaled[first : first + N_COLUMNS] for first in range(0, max(len(scaled), 1), N_COLUMNS)]
-        solutions = [self._solve(part) for part in parts]
-        along, squares = np.hstack([covariance.column_sums(one, self._half) for one in solutions])
-        return Posterior(self._mean + self._std * along, self._variance, squares, solutions, scaled)
+        explained = np.hstack([self._solve(part) for part in parts])
+        mean = self._mean + self._std * (explained * self._half[:, None]).sum(axis=0)
+        return Posterior(mean, self._variance, explained, scaled)
 
     def _solve(self, scaled: Array) -> Array:
         """Return the solution (n, p) for points (p, d) in length scales."""
@@ -173,27 +173,16 @@ class GaussianProcess:
 
 
 class Posterior:
-    """Joint normal distribution of a quantity at some points. mean, std (p,): of each by itself.
+    """Joint normal distribution of a quantity at some points. mean, std (p,): of each by itself."""
 
-    Args:
-        mean: Means (p,).
-        variance: Variance of the process.
-        explained: Shares (p,) of the variance that the data explain.
-        solutions: Solutions (n, some of p), side by side.
-        scaled: Points (p, d) in length scales.
-    """
-
-    def __init__(
-        self, mean: Array, variance: float, explained: Array, solutions: Sequence[Array], scaled: Array
-    ) -> None:
+    def __init__(self, mean: Array, variance: float, explained: Array, scaled: Array) -> None:
         self.mean = mean
-        self._root, self._solutions, self._scaled = sqrt(variance), solutions, scaled
-        self.std = self._root * np.sqrt(np.maximum(1.0 - explained, NUGGET))
+        self._root, self._explained, self._scaled = sqrt(variance), explained, scaled
+        self.std = self._root * np.sqrt(np.maximum(1.0 - np.square(explained).sum(axis=0), NUGGET))
 
     def samples(self, normals: Array) -> Array:
         """Return joint samples (s, p) made of independent standard normal numbers (s, p)."""
-        solution = self._solutions[0] if len(self._solutions) == 1 else np.hstack(self._solutions)
-        upper = covariance.cholesky_posterior(self._scaled, solution, NUGGET)
+        upper = covariance.cholesky_posterior(self._scaled, self._explained, NUGGET)
         return self.mean + self._root * covariance.sample_normal(upper, normals)
 
     def cdf(self, level: float) -> Array:

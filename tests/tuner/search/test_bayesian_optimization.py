@@ -18,22 +18,18 @@ from tuner.search.acquisition import HypervolumeImprovement, ReferenceBox, sampl
 from tuner.search.bayesian_optimization import (
     N_GLOBAL,
     BayesianOptimization,
+    ConstraintModel,
+    FeasibilityProbabilities,
+    probability_of_feasibility,
     select_batch,
 )
 from tuner.search.covariance import (
     cholesky_correlation,
     cholesky_posterior,
-    column_sums,
     correlations,
     likelihood,
     sample_normal,
     solve_triangular,
-)
-from tuner.search.feasibility import (
-    ConstraintModel,
-    FeasibilityProbabilities,
-    probability_of_feasibility,
-    sample_feasible,
 )
 from tuner.search.front import feasible_front, hypervolume
 from tuner.search.gaussian_process import (
@@ -151,15 +147,7 @@ def test_a_posterior_of_many_points_is_one_solution_to_the_bit(data, count):
     found = GaussianProcess(points, targets, shape).posterior(others)
     upper = cholesky_correlation(points * shape.scales, shape.noise)
     half = solve_triangular(upper, correlations(points * shape.scales, others * shape.scales))
-    assert np.array_equal(np.hstack(found._solutions), half)
-
-
-@pytest.mark.parametrize("shape", [(1, 2), (9, 3), (60, 511), (250, 512)])
-def test_sums_of_columns_are_those_of_numpy_to_the_bit(shape):
-    draw = np.random.default_rng(2)
-    solution, half = draw.standard_normal(shape), draw.standard_normal(shape[0])
-    expected = [(solution * half[:, None]).sum(axis=0), np.square(solution).sum(axis=0)]
-    assert np.array_equal(column_sums(solution, half), expected)
+    assert np.array_equal(found._explained, half)
 
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4])
@@ -246,7 +234,7 @@ def test_the_reference_point_is_a_tenth_beyond_the_default_or_the_one_given():
 
 
 @pytest.mark.parametrize(("power", "likely"), [(1.0, 4.0), (8.0, 1.0)])
-def test_a_quantity_has_models_on_the_scale_on_which_it_is_smooth(data, power, likely):
+def test_a_quantity_is_modelled_on_the_scale_on_which_it_is_smooth(data, power, likely):
     """A plane as it is, or its exponential over eight decades: a line is best modelled as one, decades by their logarithm."""
     plane = (data[0] @ [1.0, 0.5, 0.2]) / 1.7
     values = plane - plane.min() if power == 1.0 else np.expm1(np.log(10.0) * power * (plane - plane.min()))
@@ -428,44 +416,24 @@ def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_th
 
 
 def test_probabilities_that_are_kept_are_those_of_the_models_there_are(monkeypatch):
-    """Where models change, so do probabilities, and the leading rows of an order are those by all of them."""
-    order, compared = FeasibilityProbabilities.order, []
+    kept, compared = FeasibilityProbabilities._computed, []
 
-    def ordered(self, values, unchecked=0):
-        rows = order(self, values, unchecked)
+    def computed(self):
         product = np.ones(len(self._pool))
-        for level, (models, _) in enumerate(self._levels):
-            some = np.full(len(product), True) if level else self._has_models
-            product[some] *= probability_of_feasibility(models, self._pool[some])
-        product *= self._flown
-        selectable = np.flatnonzero(self.is_selectable)
-        expected = selectable[np.lexsort((-product[selectable], -values[selectable] * product[selectable]))]
-        assert rows[:8].tolist() == expected[:8].tolist()
-        first, others = ([row for row in some if not self.is_checked[row]] for some in (rows, expected))
-        assert first[:unchecked] == others[:unchecked] and sorted(rows) == sorted(expected)
-        np.testing.assert_allclose(self.exact(rows[:8]), product[rows[:8]], rtol=1e-12)
+        for level, screen in enumerate(self._screens):
+            rows = np.full(len(product), True) if level else ~self.is_checked
+            product[rows] *= probability_of_feasibility(screen.models, self._pool[rows])
         compared.append(product)
-        return rows
+        np.testing.assert_array_equal(kept(self), product)
+        return product
 
-    monkeypatch.setattr(FeasibilityProbabilities, "order", ordered)
+    monkeypatch.setattr(FeasibilityProbabilities, "_computed", computed)
     first = np.tile([0.3, 0.5, 0.5, 0.5], (8, 1)) + 0.01 * started(4, 8)
     parts = [lambda points, level=level: half_known(points)[:, [level]] for level in (0, 1)]
     search = BayesianOptimization(first, 2, 0, 1, parts)
     for _ in range(5):
         search.tell(*bowls(2)(search.ask()))
     assert any(np.any((product > 0.0) & (product < 1.0)) for product in compared)
-
-
-def test_points_are_drawn_as_if_the_probability_of_each_were_known(data):
-    """Against the definition, over all points: the smallest quotients of draw and probability."""
-    points, targets = data
-    models = [GaussianProcess(points, values, Hyperparameters.prior(3)) for values in (targets, points[:, 2] ** 2)]
-    constraints = [ConstraintModel(models[0], float(np.quantile(targets, 0.1))), ConstraintModel(models[1], 0.1)]
-    pool = np.random.default_rng(4).random((3000, 3))
-    probability = np.maximum(probability_of_feasibility(constraints, pool), 1e-12)
-    quotient = np.random.default_rng(7).exponential(size=3000) / probability
-    drawn = sample_feasible(constraints, pool, 40, np.random.default_rng(7))
-    assert drawn.tolist() == pool[np.argsort(quotient)[:40]].tolist()
 
 
 class Coverage:
@@ -485,11 +453,11 @@ class Open:
     """Limits that nothing breaks."""
 
     def __init__(self, size):
-        self.is_selectable, self.is_checked = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
-
-    def order(self, values):
-        rows = np.flatnonzero(self.is_selectable)
-        return rows[np.argsort(-values[rows], kind="stable")]
+        self.probability, self.is_selectable, self.is_checked = (
+            np.ones(size),
+            np.ones(size, dtype=bool),
+            np.ones(size, dtype=bool),
+        )
 
     def confirm(self, rows):
         return rows

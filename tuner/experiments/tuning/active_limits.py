@@ -51,29 +51,12 @@ def standard_excess(
     cases, and automatic ones, have no tolerance: infinite where they are broken. Behind a back-off the whole interval
     is within at 0.
     """
-    every = shifted_excess(evaluation, back_off)
-    worst = np.where(np.any(every[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
-    # Most candidates of a first generation break what no flight decides.
-    rows = np.flatnonzero(worst < 0.0)
-    worst[rows] = _flown_excess(every[rows], evaluation, constraints, rows, root, back_off)
-    return worst
-
-
-def _flown_excess(
-    excess: np.ndarray,
-    evaluation: Evaluation,
-    constraints: tuple[Constraint, ...],
-    rows: np.ndarray,
-    root: int,
-    back_off: BackOff | None,
-) -> np.ndarray:
-    """Return `standard_excess` of rows (k,) over the limits on flights; excess (k, limits): theirs."""
-    worst = np.full(len(rows), -np.inf)
+    excess = shifted_excess(evaluation, back_off)
+    worst = np.where(np.any(excess[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
     for i in range(len(constraints)):
+        below, above = widths(evaluation, constraints, i, root)
         if back_off is not None and not np.isnan(back_off.width[i]):
-            below = above = np.full(len(rows), back_off.width[i])
-        else:
-            below, above = widths(evaluation, constraints, i, root, rows)
+            below = above = np.full(len(excess), back_off.width[i])
         width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
         # Of an interval that is all but a point the quotient is infinite, as of a certain value.
         with np.errstate(over="ignore"):
@@ -83,21 +66,16 @@ def _flown_excess(
 
 
 def widths(
-    evaluation: Evaluation,
-    constraints: tuple[Constraint, ...],
-    i: int,
-    root: int,
-    rows: np.ndarray | slice = slice(None),
+    evaluation: Evaluation, constraints: tuple[Constraint, ...], i: int, root: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (k,) from a constraint's values to their intervals' ends.
+    """Return the distances (n,) from a constraint's values to their intervals' ends.
 
     Both, down and up, are 0 without tolerance.
-    rows: those whose intervals are resampled, all unless given.
     """
-    entry, value = constraints[i], constraints[i].most + evaluation.excess[rows, i]
-    if not has_tolerance(entry) or not len(value):
+    entry, value = constraints[i], constraints[i].most + evaluation.excess[:, i]
+    if not has_tolerance(entry):
         return np.zeros(len(value)), np.zeros(len(value))
-    samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)[rows]
+    samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)
     count = samples.shape[-1]
     drawn = generator(root, "bootstrap/limit", i).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
     low, high = entry.objective.interval(samples, drawn, entry.confidence or CONFIDENCE)

@@ -51,23 +51,6 @@ def test_without_a_point_that_keeps_the_limits_everyone_inside_is_better():
     assert rows.min() == 40 and rows.max() == COUNT - 1
 
 
-def test_lucky_finalists_close_the_way_to_no_others():
-    # Five distances with a median of 2 and a median deviation of 0: candidates from 50 on keep the limit.
-    candidates = [34, 36, 38, 56, 58]
-    assert chosen(candidates, 4, np.array([2.0, 2.0, 2.0, 1.0, 1.0])).min() == 50
-    harshness = np.array([2.0, 1.9, 1.8, 1.4, 1.0])
-    # 0.1 in a step: by the median of 1.8 candidates from 48 on keep the limit, by 1.4 those from 44 on.
-    rows = chosen(candidates, 4, harshness)
-    assert rows.min() == 44 and len(rows) == N_FURTHER_FINALISTS
-    assert 48 in rows and rows.max() < 56
-
-
-def test_candidates_behind_the_last_that_breaks_the_limit_go_first():
-    # Finalist 45 breaks the limit and 56 keeps it. By the median of their distances candidates from 40 on keep it, too.
-    rows = chosen([45, 56], 2, np.array([2.0, 0.0]))
-    assert rows.min() > 45
-
-
 def test_of_several_objectives_there_are_none():
     seen = evaluated(np.stack([ERRORS, ERRORS[::-1]], axis=1), LIMITED)
     assert not len(chosen([28, 30, 32, 55], 4, 1.0, seen=seen, objectives=(ERROR, TRAVEL)))
@@ -77,7 +60,7 @@ def test_who_is_furthest_inside_for_a_value_goes_first():
     # Of two ladders of one value the inner one is taken, and its ends are among them.
     value = np.repeat(np.linspace(1.0, 2.0, 20), 2)
     excess = -value - np.tile([0.0, 0.5], 20)
-    rows = thinned(np.arange(40), np.column_stack([value, excess]), N_FURTHER_FINALISTS)
+    rows = thinned(np.arange(40), np.column_stack([value, excess]))
     assert len(rows) == N_FURTHER_FINALISTS and np.all(rows % 2 == 1) and {1, 39} <= set(rows.tolist())
     few = np.array([3, 7])
-    assert thinned(few, np.zeros((2, 2)), N_FURTHER_FINALISTS).tolist() == [3, 7]
+    assert thinned(few, np.zeros((2, 2))).tolist() == [3, 7]
