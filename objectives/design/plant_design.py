@@ -8,6 +8,7 @@ ones act through them. A solution counts if the sampled loop is stable and satis
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from math import inf, isfinite
 
 import numpy as np
@@ -23,17 +24,18 @@ Array = np.ndarray
 
 # Frequencies start at this share of that of Nyquist.
 LOWEST = 1e-4
-# Factors of the gains that a design starts from. A plant that is unstable by itself takes the larger ones: at small gains its
-# loop satisfies Ms and Mt, and is as unstable as the plant.
-SMALLER, LARGER = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01), (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+# Factors of the gains that a design starts from: of all three, and of kp and kd apart. A plant that is unstable by itself takes
+# the second ones: at small gains its loop satisfies Ms and Mt, and is as unstable as the plant.
+SMALLER, LARGER = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01), (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+SHAPES = (tuple((factor,) * 3 for factor in SMALLER), tuple((p, 1.0, d) for p, d in product(LARGER, LARGER)))
 # Share of a peak's room above 1 that is used on the frequencies of the design, so that it keeps its limit between them too.
 ROOM = 0.99
 # What stands for a derivative gain of 0, as a share of kp times a control period.
 NOTHING = 1e-6
 DESIGNED = ("kp", "ki", "kd")
 NO_START = (
-    "from 0.01 to 100 times the default gains, within their ranges, no loop is stable within Ms and Mt; give a default that "
-    "stabilizes the plant, wider ranges or larger limits"
+    "from 0.01 to 1000 times the default gains, within their ranges and the actuator's, no loop is stable within Ms and Mt; "
+    "give wider ranges, larger limits or a default that stabilizes the plant"
 )
 
 
@@ -92,10 +94,10 @@ def _design(
         )
     if not (task.high[columns[:2]] > 0.0).all():
         return row, ChannelDesign(False, "kp and ki must be above 0; give them ranges")
-    procedure = Procedure(_pid_task(system, row, task, requirements))
-    used, ends = _used(row, columns, system), _ends(task, columns, system)
-    for factors in (SMALLER, LARGER):
-        starts = [np.clip(factor * used, *ends) for factor in factors]
+    shaped = _pid_task(system, row, task, requirements)
+    procedure, used = Procedure(shaped), _used(row, columns, system)
+    for factors in SHAPES:
+        starts = np.unique(np.clip(np.array(factors) * used, shaped.low, shaped.high), axis=0)
         settled = [procedure.settle(start) for start in starts if procedure.keeps(start)]
         for gains in sorted(settled, key=procedure.merit, reverse=True):
             tried = row.copy()

@@ -74,8 +74,10 @@ def test_the_command_prints_it_and_another_law_is_said(tmp_path):
         tuner.design(MOTOR, tmp_path / "motor.json")
 
 
-def test_an_unstable_plant_has_a_design_from_gains_that_do_not_hold_it(tmp_path):
-    (tmp_path / "unstable.toml").write_text(UNSTABLE, encoding="utf-8")
+@pytest.mark.parametrize("kd", [0.2, 0.1])
+def test_an_unstable_plant_has_a_design_from_gains_that_do_not_hold_it(kd, tmp_path):
+    # With 0.1 kp meets what the actuator allows before kd damps: no multiple of all three gains will do.
+    (tmp_path / "unstable.toml").write_text(UNSTABLE.replace("default = 0.2", f"default = {kd}"), encoding="utf-8")
     designed = tuner.design(tmp_path / "unstable.toml")
     # Poles of (s^2 - 1) s + kd s^2 + kp s + ki: sampling and filter are 1000 times faster.
     poles = [np.roots([1.0, g["y.kd"], g["y.kp"] - 1.0, g["y.ki"]]).real for g in (designed.default, designed.gains)]
