@@ -14,6 +14,7 @@ from tuner.cli.app import (
     GainsFile,
     TargetChanges,
     app,
+    study_option,
     target_options,
 )
 from tuner.text.errors import BROKEN
@@ -37,6 +38,9 @@ def export(
             help="Parameter file of the vehicle's current gains, for the rollback; default: the target's defaults."
         ),
     ] = None,
+    study: Annotated[
+        Path | None, study_option("Study of a plant that the gains belong to; default: that of their results folder.")
+    ] = None,
     flights: Annotated[int, typer.Option(help="Number of flights before and after rounding.", min=2)] = 64,
     force: Annotated[bool, typer.Option("--force", help="Export infeasible gains for a test bench.")] = False,
     as_json: AsJson = False,
@@ -52,6 +56,7 @@ def export(
             out,
             options=target_options(change, firmware),
             previous=previous,
+            study=study,
             flights=flights,
             force=force,
             watcher=watcher,

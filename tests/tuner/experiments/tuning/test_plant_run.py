@@ -91,6 +91,17 @@ def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, 
         assert "warning" not in made.stderr
 
 
+@pytest.mark.usefixtures("few_golden_vectors")
+def test_gains_outside_of_a_folder_are_exported_with_their_study(run, written, monkeypatch, capsys, tmp_path):
+    file = tmp_path / "gains.json"
+    file.write_bytes((run / "gains.json").read_bytes())
+    arguments = ("export", file, "--to", "c99", "--flights", "2", "--out", tmp_path / "c")
+    code, _, err = tuner(monkeypatch, capsys, *arguments)
+    assert code == 2 and "or the study too" in err
+    code, _, err = tuner(monkeypatch, capsys, *arguments, "--study", written / "motor.toml")
+    assert code == 0 and (tmp_path / "c" / "motor_controller.c").exists(), err
+
+
 def test_gains_of_a_plant_are_refused_where_a_quadrotor_flies(run, monkeypatch, capsys):
     code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json", "--study", "quickstart")
     assert code == 2
