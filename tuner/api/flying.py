@@ -17,7 +17,7 @@ from tuner.analysis.lost_flights import lost_among
 from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.api.flight_setup import FlightSetup
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.gains import GainsLike, as_gains
+from tuner.api.gains import GainsLike, PlantGains, as_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.parts import LostFlight, ShareCount
 from tuner.extension import added, load
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FLYING = "Flying"
 FAN_FLIGHTS = 64
+DEFAULT_SEED = 1
 STREAMS = (HELD_OUT, CONFIRMATION, SEARCH, CHECK)
 
 
@@ -143,7 +144,7 @@ def fly(
     study: StudyLike | None = None,
     scenario: int = 0,
     flights: int = 64,
-    seed: int = 1,
+    seed: int | None = None,
     flight: str | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
@@ -156,7 +157,7 @@ def fly(
             results folder where a plant's gains lie in one.
         scenario: Number of a scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
-        seed: Root seed where no study gives one.
+        seed: Root seed if no study gives one, by default 1.
         flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names, or FOLDER/point-N of a tail; it alone is
             flown.
         watcher: Callbacks that hear of compilation and flights.
@@ -174,7 +175,12 @@ def fly(
         0.0
 
     """
-    flight_setup = drawn_setup(as_gains(gains).flight_setup(study, scenario, seed), flights, flight)
+    given = as_gains(gains)
+    if seed is not None and (study is not None or isinstance(given, PlantGains)):
+        raise InputError(f"given {seed}, and the study has a seed; remove it, or change seed in the study", key="seed")
+    flight_setup = drawn_setup(
+        given.flight_setup(study, scenario, DEFAULT_SEED if seed is None else seed), flights, flight
+    )
     problem, watcher = problem_of(flight_setup, threads), watcher or default_watcher()
     if not problem.flyer.cached:
         with compilation(watcher):

@@ -40,7 +40,9 @@ def fly(
     study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
-    seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
+    seed: Annotated[
+        int | None, typer.Option(help="Root seed if no study gives one; default: 1.", min=0, show_default=False)
+    ] = None,
     flight: Annotated[
         str | None,
         typer.Option(help="Fly one flight only, STREAM-INDEX, e.g. held-out-4679, or FOLDER/point-N of a tail."),

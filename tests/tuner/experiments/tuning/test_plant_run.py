@@ -102,6 +102,12 @@ def test_gains_outside_of_a_folder_are_exported_with_their_study(run, written, m
     assert code == 0 and (tmp_path / "c" / "motor_controller.c").exists(), err
 
 
+def test_a_seed_beside_the_seed_of_a_study_is_refused(run, written, monkeypatch, capsys):
+    for more in ((), ("--study", written / "motor.toml")):
+        code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json", "--seed", "99", *more)
+        assert code == 2 and "given 99, and the study has a seed" in err
+
+
 def test_gains_of_a_plant_are_refused_where_a_quadrotor_flies(run, monkeypatch, capsys):
     code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json", "--study", "quickstart")
     assert code == 2
