@@ -24,6 +24,8 @@ OLD_RULE = (
 )
 # Factor by which the b0 of a study may differ from the rule's before a note says so.
 CLOSE = 1.5
+# Smallest damping ratio of poles that a lag stands for: at 0.7 a step overshoots by 5 %.
+MIN_DAMPING = 0.7
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,17 @@ def _about(channel: Channel, process: Process, model: str, time: float | None) -
     """Return a note on the process and closed-loop time."""
     taken = f"gain {process.gain:.4g}, {model}" if model else process.words
     aim = "" if time is None else f"; closed-loop time {time:.4g} s (--time)"
-    return f"{channel.name}: taken for {taken}{aim}."
+    return f"{channel.name}: taken for {taken}{aim}.{_warning(process.damping)}"
+
+
+def _warning(damping: float) -> str:
+    """Return a warning for poles that a lag does not stand for."""
+    if damping >= MIN_DAMPING:
+        return ""
+    return (
+        f" Its poles swing with a damping ratio of {damping:.2g}, and rules take lags: look at the margins, or design with the "
+        "law pid without --method."
+    )
 
 
 def _with(study: PlantStudy, row: Array, channel: Channel, gains: dict[str, float]) -> Array:

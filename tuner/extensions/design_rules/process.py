@@ -71,6 +71,13 @@ class Process:
         return self.time_constant == inf
 
     @property
+    def damping(self) -> float:
+        """Smallest damping ratio of the poles, 1 if all are real."""
+        poles = np.linalg.eigvals(self.path.a)
+        swinging = poles[np.abs(poles.imag) > INTEGRATING * np.abs(poles)]
+        return float((-swinging.real / np.abs(swinging)).min(initial=1.0))
+
+    @property
     def words(self) -> str:
         """The process in words."""
         late = f"dead time {self.dead_time:.4g} s"
