@@ -24,7 +24,7 @@ OLD_RULE = (
 )
 # Factor by which the b0 of a study may differ from the rule's before a note says so.
 CLOSE = 1.5
-# Smallest damping ratio of poles that a lag stands for: at 0.7 a step overshoots by 5 %.
+# Smallest damping ratio of poles that a lag approximates: at 0.7 a step overshoots by 5 %.
 MIN_DAMPING = 0.7
 
 
@@ -76,7 +76,7 @@ def _about(channel: Channel, process: Process, model: str, time: float | None) -
 
 
 def _warning(damping: float) -> str:
-    """Return a warning for poles that a lag does not stand for."""
+    """Return a warning for poles that a lag does not approximate."""
     if damping >= MIN_DAMPING:
         return ""
     return (
