@@ -9,11 +9,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-import tuner
 from benchmarks.measuring import RESULTS, machine, write_json
-from benchmarks.presets import tunes_of
+from benchmarks.presets import judge_tune, tunes_of
 from benchmarks.wrong_airframes import AIRFRAME_SCRIPTS, FRAMES, published_files
-from plant.errors import ToolError
 
 N_TUNES, N_FLIGHTS = 60, 64
 """Number of tunes, and of the flights of each."""
@@ -33,17 +31,6 @@ def pick_tunes(presets: Path, ardupilot: Path, px4: Path) -> Iterator[tuple[str,
         yield "betaflight", tunes[index * len(tunes) // count]
 
 
-def judge_tune(source: str, file: Path) -> dict[str, object]:
-    """Return judge's opinion of one tune alone."""
-    row: dict[str, object] = {"file": file.name, "source": source}
-    try:
-        assessment = tuner.judge(file, source=source, flights=N_FLIGHTS)
-    except ToolError as error:
-        return {**row, "verdict": "bad input", "code": 2, "sentence": str(error).splitlines()[0]}
-    document = assessment.document
-    return {**row, "verdict": document.verdict, "code": assessment.exit_code, "sentence": document.sentence}
-
-
 def main() -> None:
     """Judge all tunes, and write the result."""
     parser = argparse.ArgumentParser(description="Tunes that people fly, alone through judge.")
@@ -53,7 +40,7 @@ def main() -> None:
     chosen = parser.parse_args()
     rows = []
     for source, file in pick_tunes(chosen.presets, chosen.ardupilot, chosen.px4):
-        rows.append(judge_tune(source, file))
+        rows.append({"file": file.name, "source": source, **judge_tune(file, None, N_FLIGHTS, source)})
         print(file.name, rows[-1]["verdict"], str(rows[-1]["sentence"])[:120], flush=True)
     counts = Counter(str(row["verdict"]) for row in rows)
     print(f"{len(rows)} tunes; " + ", ".join(f"{count} {word}" for word, count in counts.most_common()))

@@ -53,10 +53,10 @@ def read_tune(file: Path, before: Path | None) -> str:
     return ""
 
 
-def judge_tune(file: Path, before: Path, flights: int) -> dict[str, Any]:
-    """Return judge's opinion of a tune over the defaults."""
+def judge_tune(file: Path, before: Path | None, flights: int, source: str = "betaflight") -> dict[str, Any]:
+    """Return judge's opinion of a tune, over the defaults or alone."""
     try:
-        assessment = tuner.judge(file, before, source="betaflight", flights=flights)
+        assessment = tuner.judge(file, before, source=source, flights=flights)
     except ToolError as error:
         return {"verdict": "bad input", "code": 2, "sentence": str(error)}
     document = assessment.document

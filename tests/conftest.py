@@ -54,7 +54,8 @@ TOGETHER = (
 )
 
 
-# Laws as papers print them, forms of the ideal PID and other variants of one law: their cases of a property are proofs that tests/proofs.txt names.
+# Laws as papers print them, forms of the ideal PID and other variants of one law: their cases of a property are proofs that
+# tests/proofs.txt names.
 VARIANTS = {
     "hybrid_beta3", "hybrid_gsta", "hybrid_literal", "hybrid_paper_f_hat", "hybrid_true_sta", "ladrc_printed",
     "supertwisting_euler", "pid_incremental", "pid_parallel", "pid_series",
@@ -142,6 +143,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 MIN_REPORTED_SECONDS = 0.1
+"""Duration from which on a set-up or an end is reported: `--durations` shows the long ones."""
 
 
 @pytest.hookimpl(tryfirst=True)

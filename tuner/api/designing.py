@@ -31,8 +31,9 @@ from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import holds_place
 from tuner.text.numbers import significant
-from tuner.text.sentences import listing
+from tuner.text.sentences import bound_text, listing
 from tuner.text.toml_text import shown as toml
+from tuner.text.units import after_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -231,8 +232,7 @@ def beyond_limits(margins: MarginsDocument | None) -> list[str]:
     if not rows:
         return []
     texts = [
-        f"{row.label} is {significant(row.value, 3)}{'' if row.unit == '1' else f' {row.unit}'}, "
-        f"{row.sense} {significant(row.limit, 3)}"
+        f"{row.label} is {significant(row.value, 3)}{after_number(row.unit)}, {bound_text(row.limit, row.sense)}"
         for row in rows
     ]
     return [

@@ -72,10 +72,10 @@ def _about(channel: Channel, process: Process, model: str, time: float | None) -
     """Return a note on the process and closed-loop time."""
     taken = f"gain {process.gain:.4g}, {model}" if model else process.words
     aim = "" if time is None else f"; closed-loop time {time:.4g} s (--time)"
-    return f"{channel.name}: taken for {taken}{aim}.{_warning(process.damping)}"
+    return f"{channel.name}: taken for {taken}{aim}.{damping_warning(process.damping)}"
 
 
-def _warning(damping: float) -> str:
+def damping_warning(damping: float) -> str:
     """Return a warning for poles that a lag does not approximate."""
     if damping >= MIN_DAMPING:
         return ""

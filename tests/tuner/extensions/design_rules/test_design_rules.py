@@ -9,7 +9,7 @@ from plant.errors import InputError
 from plant.model.plan import Actuator
 from tests.tuner.extensions.textbook_laws.loops import answer, loop_of, with_actuator
 from tuner.extensions.design_rules.gains import pid_gains
-from tuner.extensions.design_rules.methods import _warning
+from tuner.extensions.design_rules.methods import damping_warning
 from tuner.extensions.design_rules.process import NoProcessError, half_rule, process_of
 from tuner.extensions.design_rules.rules import (
     IdealPid,
@@ -89,7 +89,7 @@ def test_simc_gives_skogestads_printed_gains(constants, order, k, t_i, t_d):
 def test_poles_that_swing_are_named_with_their_damping_ratio(damping, is_warned):
     found = process([1.0], [1.0, 2.0 * damping, 1.0])
     assert found.damping == pytest.approx(min(damping, 1.0))
-    assert (_warning(found.damping) != "") is is_warned
+    assert (damping_warning(found.damping) != "") is is_warned
 
 
 def test_simc_of_an_integrator_has_eight_dead_times():
