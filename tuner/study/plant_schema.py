@@ -182,6 +182,21 @@ class DisturbanceGainTable(StrictTable):
     """Do not fly candidates that break it; false: a constraint like any other."""
 
 
+class ObserverTable(StrictTable):
+    """[observer]: estimates of outputs without a sensor, from the model of the nominal plant."""
+
+    measured: Annotated[list[str], Field(min_length=1)]
+    """Outputs with a sensor."""
+    time: float | None = None
+    """Slowest time constant of the estimates' errors [s]; leave noise and input_noise out."""
+    noise: dict[str, float] = Field(default={})
+    """Standard deviation of each measurement, for a Kalman filter, in the unit of the output."""
+    input_noise: dict[str, float] = Field(default={})
+    """Standard deviation of a random value that each input adds in a control period, in its unit."""
+    filtered: bool = False
+    """Whether channels read estimates of the measured outputs too; an integral then removes the error of the estimate."""
+
+
 class PlantStudyTable(StrictTable):
     """A whole study file of a plant of one's own."""
 
@@ -208,5 +223,6 @@ class PlantStudyTable(StrictTable):
     constraint: list[schema.ConstraintTable] = Field(default=[])
     margin: list[schema.MarginTable] = Field(default=[])
     disturbance_gain: list[DisturbanceGainTable] = Field(default=[])
+    observer: ObserverTable | None = None
     search: schema.SearchTable = schema.SearchTable()
     pick: schema.PickTable = schema.PickTable()

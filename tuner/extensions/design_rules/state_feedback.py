@@ -1,6 +1,6 @@
 """State feedback as gains of channels: LQR, LQI and pole placement.
 
-All states are measured. Commands of several channels on one input add up, so a channel from every output to every input is
+All states are outputs, measured or estimated by the observer of the study. Commands of several channels on one input add up, so a channel from every output to every input is
 u = -K x: kp of a channel is an entry of K, kd one for its `rate_output`, ki one for the integral of its output's error. The plant
 is sampled exactly with its commands held, and integrals are those of the law, so the sampled loop has the designed poles.
 
@@ -85,8 +85,9 @@ class SampledPlant:
         n = len(a)
         if len(self.outputs) != n:
             raise NoProcessError(
-                f"state feedback needs every state measured: the plant has {n} states, its channels feed back "
-                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel"
+                f"state feedback needs every state as an output: the plant has {n} states, its channels feed back "
+                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel, and [observer] "
+                "the outputs that have a sensor"
             )
         columns = [paths(self.plant.Input).index(name) for name in self.inputs]
         moved = expm(self.h * np.block([[a, b[:, columns]], [np.zeros((len(columns), n + len(columns)))]]))
@@ -156,7 +157,7 @@ def propose(method: Callable[[SampledPlant, float | None], Array], study: PlantS
 def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Array) -> Array:
     """Return a gains row with the entries of K; NoProcessError for one that no channel can fly."""
     columns = {gain.address: gain.column for gain in study.system.gains}
-    row, least = row.copy(), NOTHING * np.abs(k).max()
+    row, least, wrong, signs = row.copy(), NOTHING * np.abs(k).max(), list[str](), dict[str, set[bool]]()
     for signal, of_signal in zip(sampled_plant.signals, k.T, strict=True):
         for name, value in zip(sampled_plant.inputs, of_signal.tolist(), strict=True):
             # Integrals are of r - y, and u = -K x has them with the other sign than the outputs.
@@ -167,11 +168,20 @@ def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Ar
                 raise NoProcessError(f"no channel feeds {signal} back to {name}; K has {value:.4g} there: add one")
             channel, gain = sampled_plant.entries[signal, name]
             scaled = value * channel.b0
+            if abs(scaled) > least:
+                signs.setdefault(channel.name, set()).add(scaled > 0.0)
             if scaled < -least:
-                raise NoProcessError(_wrong_sign(channel, gain, value))
+                wrong.append(_wrong_sign(channel, gain, value))
             row[columns[f"{channel.name}.{gain}"]] = max(scaled, MIN_GAIN if gain == "kp" else 0.0)
             if gain == "kd":
                 row[columns[f"{channel.name}.t_f"]] = 0.0
+    if mixed := [name for name, both in signs.items() if len(both) > 1]:
+        raise NoProcessError(
+            f"entries of K for one channel differ in sign ({', '.join(mixed)}); change the weights, or give its rate or integral "
+            "to no channel"
+        )
+    if wrong:
+        raise NoProcessError("; ".join(wrong))
     return row
 
 
