@@ -136,6 +136,59 @@ def test_margins_are_those_of_python_control(filtered):
     assert found.gain_up.value[0, 0] == pytest.approx(-1.0 / value(turned).real, rel=1e-6)
 
 
+def lqi_arm(filtered=False):
+    """LQI with observer of the arm by weights, and K."""
+    k = lqr(SampledPlant(arm.study(integral=1.0)), 2.0)
+    negative = {(state, name) for j, name in enumerate(INPUTS) for i, state in enumerate(STATES) if k[j, i] < 0.0}
+    made = arm_study({**NOISE, "filtered": filtered}, negative=negative, integral=1.0)
+    return made, k, with_gains(made, np.array(made.default_row), SampledPlant(made), k)
+
+
+@pytest.mark.parametrize("filtered", [False, True])
+def test_margins_of_an_lqi_with_two_inputs_are_those_of_python_control(filtered):
+    """Each loop is broken at its input, the other input closed; both channels of an angle integrate its error."""
+    made, k, row = lqi_arm(filtered)
+    a, b, m, _ = matrices(made.system)
+    z_p, z_y, direct = np.eye(4) - m @ C, m, np.zeros((4, 2))
+    if not filtered:
+        # Channels read angles as they are measured.
+        z_p, z_y, direct = np.vstack([np.zeros((2, 4)), z_p[2:]]), np.vstack([np.zeros((2, 2)), z_y[2:]]), C.T
+    u_p, u_y, u_i = -k[:, :4] @ z_p, -k[:, :4] @ (z_y + direct), -k[:, 4:]
+    # States: prediction p and the integrals, which take -y; p+ = A (p + M (y - C p)) + B u.
+    predicted = [a @ (np.eye(4) - m @ C) + b @ u_p, b @ u_i]
+    integrated = [-H * C @ z_p if filtered else np.zeros((2, 4)), np.eye(2)]
+    enters = np.vstack([a @ m + b @ u_y, -H * C @ z_y if filtered else -H * np.eye(2)])
+    law: Any = control.ss(np.block([predicted, integrated]), enters, np.hstack([-u_p, -u_i]), -u_y, H)
+    plant: Any = control.ss(a, b, C, np.zeros((2, 2)), H)
+
+    def broken(w, i):
+        z = np.exp(1j * w * H)
+        loop = law(z) @ plant(z)
+        j = 1 - i
+        return loop[i, i] - loop[i, j] * loop[j, i] / (1.0 + loop[j, j])
+
+    found = PlantMargins(made.system, 0.99 * row, 1.01 * row).evaluate(row[None])
+    assert found.stable.all()
+    for i, name in enumerate(("shoulder_first", "shoulder_second")):
+        column = found.channels.index(name)
+        crossover = found.crossover.value[0, column]
+        assert abs(broken(crossover, i)) == pytest.approx(1.0, abs=1e-8)
+        turn = np.pi + np.angle(broken(crossover, i))
+        assert found.phase.value[0, column] == pytest.approx(turn, rel=1e-6)
+        peak = max(1.0 / abs(1.0 + broken(w, i)) for w in np.geomspace(0.1, 100.0, 600))
+        assert found.sensitivity.value[0, column] == pytest.approx(peak, rel=1e-3)
+
+
+def test_an_lqi_with_observer_brings_both_angles_to_their_set_points_under_a_load():
+    made, _, row = lqi_arm()
+    steps = {
+        f"{name}_{drive}": Step(size, 0.0) for name, size in (("shoulder", 0.2), ("elbow", 0.3)) for drive in INPUTS
+    }
+    spec = PlantScenario("step", 20.0, steps, {"first_load": Step(0.5, 0.0), "second_load": Step(-0.5, 0.0)})
+    bodies, _ = stepped(made.system, row, made.system.sample(spec, 1, "step", [0]))
+    np.testing.assert_allclose(bodies[-1, :2], [0.2, 0.3], atol=1e-3)
+
+
 def test_a_flight_is_that_of_the_equations_with_limits_and_noise():
     """The estimate goes on with the command that came into force, not with the one that the law asked for."""
     system, kp, kd = mass_study({"time": 0.05}).system, 30.0, 5.0
