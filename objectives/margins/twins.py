@@ -1,7 +1,8 @@
-"""Integrals of one error in several channels, as state feedback with several inputs has them.
+"""Integrals of one error in several channels.
 
-The channels of one output integrate the same error, so one integral is a multiple of the other: no signal of the loop moves the
-difference, whose pole at 1 is none of the loop's. Such integrals become one state, and set points of these channels move together.
+State feedback with several inputs has them. The channels of one output integrate the same error, so one integral is a multiple of
+the other: no signal of the loop moves the difference, whose pole at 1 is none of the loop's. Such integrals become one state, and
+set points of these channels move together.
 """
 
 from collections.abc import Iterator
@@ -34,7 +35,7 @@ class Twins(NamedTuple):
 
 
 def twins_of(plan: LoopPlan, states: tuple[str, ...]) -> list[Twins]:
-    """Return the channels that share output and law, with their states by path."""
+    """Return the channels that share output and law."""
     return [twins for twins in _groups(plan, states) if len(twins.channels) > 1]
 
 
@@ -47,13 +48,13 @@ def _groups(plan: LoopPlan, states: tuple[str, ...]) -> Iterator[Twins]:
 
 
 def merge_twins(loops: LinearLoops, groups: list[Twins]) -> LinearLoops:
-    """Return the loops with integrals that are multiples of each other as one state; the other stays 0."""
+    """Return the loops with integrals of one error as one state."""
     if not groups:
         return loops
-    a, b, c, d = (part.copy() for part in (loops.a, loops.b, loops.c, loops.d))
+    b, c, d = loops.b.copy(), loops.c.copy(), loops.d.copy()
     # What a limit takes off a command stays 0 within the limits.
-    idle = ~(a.any(axis=-1) | b.any(axis=-1))
-    a = np.where(idle[:, None, :], 0.0, a)
+    active = np.any(loops.a, axis=-1) | np.any(loops.b, axis=-1)
+    a = np.where(np.asarray(active)[:, None, :], loops.a, 0.0)
     for channels, pairs in groups:
         merged = np.zeros(len(a), dtype=bool)
         for i, j in pairs:

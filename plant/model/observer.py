@@ -1,4 +1,4 @@
-"""A linear state observer between the measured outputs of a plant and its channels.
+"""Linear state observer between measured outputs and channels.
 
 The current estimator of G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2:
 z = p + M (y - C p) with the prediction p = A z + B u of the period before. Its coordinates are outputs, so C picks measured

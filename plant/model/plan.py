@@ -137,7 +137,7 @@ class LoopPlan:
     """The loops of a plant: channels, outer ones before the inner ones that they command, and an actuator for every input.
 
     watched: other signals that meters judge. They decide code and limits of a loop, so its identity counts them there.
-    observer: estimates the outputs that no sensor measures; its numbers count as what the controller knows.
+    observer: estimates the outputs that no sensor measures; its numbers belong to the nominal model of the controller.
     """
 
     channels: tuple[Channel, ...]

@@ -10,7 +10,7 @@ import numpy as np
 from plant.errors import InputError, check_name
 from plant.model.observer import Observer
 from plant.model.plan import LoopPlan
-from plant.model.plant_model import PlantModel, PlantRecords
+from plant.model.plant_model import PlantRecords
 from plant.records import flatten, paths
 from tuner.study.plant_schema import ObserverTable
 
@@ -34,15 +34,13 @@ def with_observer(table: ObserverTable, plant: PlantRecords, plan: LoopPlan, par
         parameters: Nominal parameters.
         h: Control period [s].
     """
-    if not isinstance(plant, PlantModel):
+    if not hasattr(plant, "derivative"):
         raise InputError(
             "given with an FMU, which has no equations; allowed: plants in Python and linear ones: remove it"
         )
     late = [each.name for each in plan.actuators if each.lag > 0.0]
     if late:
-        raise InputError(
-            f"given with a lag of {late[0]}; an observer knows delays only: make the lag a state of the plant"
-        )
+        raise InputError(f"given with a lag of {late[0]}; allowed: delays; make the lag a state of the plant")
     for i, name in enumerate(table.measured):
         check_name("output", name, paths(plant.Output), key=f"measured[{i}]")
     outputs = tuple(name for name in paths(plant.Output) if name in {*table.measured, *plan.sensed})
@@ -57,7 +55,7 @@ def with_observer(table: ObserverTable, plant: PlantRecords, plan: LoopPlan, par
     return replace(plan, observer=observer)
 
 
-def _sampled(plant: PlantModel, parameters: Any, outputs: tuple[str, ...], h: float) -> tuple[Array, Array]:
+def _sampled(plant: PlantRecords, parameters: Any, outputs: tuple[str, ...], h: float) -> tuple[Array, Array]:
     """Return the matrices of one control period between outputs; commands are held."""
     from scipy.linalg import expm
 

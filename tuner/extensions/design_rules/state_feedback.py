@@ -1,6 +1,7 @@
 """State feedback as gains of channels: LQR, LQI and pole placement.
 
-All states are outputs, measured or estimated by the observer of the study. Commands of several channels on one input add up, so a channel from every output to every input is
+All states are outputs, measured or estimated by the observer of the study. Commands of several channels on one input add
+up, so a channel from every output to every input is
 u = -K x: kp of a channel is an entry of K, kd one for its `rate_output`, ki one for the integral of its output's error. The plant
 is sampled exactly with its commands held, and integrals are those of the law, so the sampled loop has the designed poles.
 
@@ -86,8 +87,8 @@ class SampledPlant:
         if len(self.outputs) != n:
             raise NoProcessError(
                 f"state feedback needs every state as an output: the plant has {n} states, its channels feed back "
-                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel, and [observer] "
-                "the outputs that have a sensor"
+                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel, and name "
+                "those with a sensor in [observer]"
             )
         columns = [paths(self.plant.Input).index(name) for name in self.inputs]
         moved = expm(self.h * np.block([[a, b[:, columns]], [np.zeros((len(columns), n + len(columns)))]]))

@@ -1,6 +1,7 @@
 """An observer between sensors and channels against python-control: gains, poles, margins, flights and C99."""
 
 import ctypes
+import json
 from typing import Any
 
 import control
@@ -19,6 +20,7 @@ from tests.tuner.exchange.c99.test_plant_c99 import STRICT, assert_same_bits, co
 from tests.tuner.extensions.design_rules import test_state_feedback as arm
 from tests.tuner.extensions.textbook_laws.loops import row_of
 from tuner.extensions.design_rules.state_feedback import SampledPlant, lqr, with_gains
+from tuner.study.plant_study import PlantStudy
 
 H, INPUTS, STATES = arm.H, arm.INPUTS, arm.STATES
 MEASURED = ["shoulder", "elbow"]
@@ -30,12 +32,15 @@ def arm_study(observer, **options):
     """The arm of the tests of state feedback, whose rates no sensor measures."""
     made = arm.study(**options)
     tables = made.table.model_dump(by_alias=False, exclude_unset=True)
-    return tuner.make_study({**tables, "observer": {"measured": MEASURED, **observer}})
+    changed = tuner.make_study({**tables, "observer": {"measured": MEASURED, **observer}})
+    assert isinstance(changed, PlantStudy)
+    return changed
 
 
 def matrices(system):
     """A, B and M of an observer, and its record."""
     observer = system.plan.observer
+    assert observer is not None
     n, m = len(observer.outputs), len(observer.inputs)
     parts = np.split(np.array(observer.numbers[n + m :]), [n * n, n * n + n * m])
     return *(part.reshape(n, -1) for part in parts), observer
@@ -59,7 +64,7 @@ def test_errors_of_the_estimates_have_the_poles_that_were_asked_for():
 
 def mass_study(observer, **plant):
     """A mass on a spring whose place alone is measured, under state feedback of place and speed."""
-    return tuner.make_study(
+    made = tuner.make_study(
         {
             "title": "Mass", "seed": 1,
             "plant": {
@@ -75,6 +80,8 @@ def mass_study(observer, **plant):
             "observer": {"measured": ["place"], **observer},
         }
     )  # fmt: skip
+    assert isinstance(made, PlantStudy)
+    return made
 
 
 def test_an_observer_of_one_measurement_is_that_of_ackermann():
@@ -128,8 +135,8 @@ def test_margins_are_those_of_python_control(filtered):
     def value(w):
         return complex(loop(np.exp(1j * w * H)))
 
-    crossover = brentq(lambda w: abs(value(w)) - 1.0, 1.0, 20.0)
-    turned = brentq(lambda w: value(w).imag, 1.5 * crossover, 150.0)
+    crossover: Any = brentq(lambda w: abs(value(w)) - 1.0, 1.0, 20.0)
+    turned: Any = brentq(lambda w: value(w).imag, 1.5 * crossover, 150.0)
     assert found.stable[0, 0]
     assert found.crossover.value[0, 0] == pytest.approx(crossover, rel=1e-6)
     assert found.phase.value[0, 0] == pytest.approx(np.pi + np.angle(value(crossover)), rel=1e-6)
@@ -238,3 +245,20 @@ def test_c_gives_the_bits_of_python_and_measures_the_sensed_outputs_alone(tmp_pa
 def test_a_table_that_gives_no_observer_is_refused(observer, said):
     with pytest.raises(InputError, match=said):
         arm_study(observer)
+
+
+def test_gains_of_another_observer_are_refused(tmp_path):
+    one, other = (mass_study({"time": time}) for time in (0.05, 0.1))
+    file = tmp_path / "gains.json"
+    file.write_text(json.dumps(one.gains_document(np.array(one.default_row), {})))
+    assert one.read_row(file) == pytest.approx(one.default_row)
+    with pytest.raises(InputError, match=r"observer .*time 0.05.* instead of .*time 0.1"):
+        other.read_row(file)
+
+
+def test_another_process_has_the_same_observer():
+    system = mass_study({"time": 0.05}).system
+    assert system.parts.system().plan.observer == system.plan.observer
+    spec = PlantScenario("step", 2.0, {"mass": Step(1.0, 0.0)})
+    assert system.parts.system().content(spec) == system.content(spec)
+    assert system.content(spec) != mass_study({"time": 0.06}).system.content(spec)
