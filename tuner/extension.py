@@ -27,8 +27,8 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
         "adrc": "betaflight_adrc", "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
         "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost", "fit": "plant_fit",
-        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "studio": "studio",
-        "tail": "tails", "tell": "trials", "theory": "theory",
+        "identify": "identification", "judge": "judge", "mcp": "agents", "phase-plane": "phase_plane",
+        "sensitivity": "sensitivity", "studio": "studio", "tail": "tails", "tell": "trials", "theory": "theory",
     },
     "tables": {
         "choices": "contests", "contender": "contests", "cost": "processor_cost", "disturbance_gain": "disturbance_gains",

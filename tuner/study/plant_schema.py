@@ -180,6 +180,13 @@ class DisturbanceGainTable(StrictTable):
     """Largest gain over frequency, in units of output over disturbance."""
     hard: bool = True
     """Do not fly candidates that break it; false: a constraint like any other."""
+    spread: bool = False
+    """Also for plants at the corners of the scenarios' spreads; the largest gain counts."""
+
+    @model_serializer(mode="wrap")
+    def _without_spread(self, handler: Any) -> dict[str, Any]:
+        """Leave out a spread that is not given: recorded studies keep their digests."""
+        return {key: value for key, value in handler(self).items() if key != "spread" or value}
 
 
 class ObserverTable(StrictTable):

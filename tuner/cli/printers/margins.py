@@ -38,8 +38,10 @@ def print_margins(margins: "Margins", console: Console) -> None:
             f"{shown(bound.low, 2)} to {shown(bound.high, 2)} or every phase by "
             f"{degrees(bound.phase.value or 0.0):.0f} deg, all together.",
         )
-    if from_study:
-        console.print(requirements_table(document.requirements))
+    # The table of margins has no cell for a limit of a study that is of no loop.
+    limits = [row for row in document.requirements if from_study or row.quantity is None]
+    if limits:
+        console.print(requirements_table(limits))
     print_states(console, document.requirements if from_study else by_quantity(document.requirements))
     print_limit_cycles(console, document)
     print_extents(console, document)
