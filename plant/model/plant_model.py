@@ -119,9 +119,9 @@ def _check_presence(names: Mapping[str, object], file: str) -> None:
     missing = next((key for key in EQUATIONS if names.get(key) is None), None)
     if missing is not None:
         functions = [value for value in names.values() if isinstance(value, FunctionType)]
-        there = [each.__name__ for each in functions if each.__module__ not in (primitives.__name__, "typing")]
+        names_of_file = [each.__name__ for each in functions if each.__module__ not in (primitives.__name__, "typing")]
         raise InputError(
-            f"given {'the functions ' + shortened(', '.join(there)) if there else 'no function'}; write "
+            f"given {'the functions ' + shortened(', '.join(names_of_file)) if names_of_file else 'no function'}; write "
             f"def {missing}(state, input, disturbance, p): a plant needs {' and '.join(EQUATIONS)}",
             file=file,
             key=missing,

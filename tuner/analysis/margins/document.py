@@ -280,9 +280,9 @@ def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | N
 
 
 def rows_without_loop(study: PlantStudy, row: np.ndarray) -> list[LimitRow]:
-    """Return the rows of a plant study's requirements that are of no loop, such as gains from a disturbance."""
+    """Return the rows of a plant study's requirements of no loop: gains from a disturbance."""
     screens = study.screens[1:] if study.table.margin else study.screens
-    found = zip(requirements_of(screens), known_values(screens, row[None], complete=True)[0], strict=True)
+    values = known_values(screens, row[None], complete=True)[0]
     return [
         requirement_row(
             each.label,
@@ -294,7 +294,7 @@ def rows_without_loop(study: PlantStudy, row: np.ndarray) -> list[LimitRow]:
             each.sense,
             each.hard,
         )
-        for each, value in found
+        for each, value in zip(requirements_of(screens), values, strict=True)
     ]
 
 
