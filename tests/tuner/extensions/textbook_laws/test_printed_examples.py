@@ -36,10 +36,13 @@ def test_a_cruise_control_that_cancels_the_pole_answers_as_one_lag():
     assert flown.overshoot == pytest.approx(0.0, abs=1e-3)
 
 
-def test_the_pitch_of_an_aircraft_meets_the_printed_requirements():
-    """Control Tutorials, pitch: kp = 9, kd = 4 rises in 2 s, overshoots by less than 10 % and settles in 10 s."""
+@pytest.mark.parametrize(
+    ("kp", "ki", "kd"), [(9.0, 0.0, 4.0), (1.74 * 2.98, 1.74, 1.74 * 1.716)], ids=["PD", "PID of the newer page"]
+)
+def test_the_pitch_of_an_aircraft_meets_the_printed_requirements(kp, ki, kd):
+    """Control Tutorials, pitch: both print less than 2 s of rise, less than 10 % of overshoot and settling within 10 s."""
     system = loop_of(*PITCH, "pid_parallel", 0.01)
-    flown = answer(system, 20.0, kp=9.0, ki=0.0, kd=4.0, t_f=0.0, c=1.0)
+    flown = answer(system, 20.0, kp=kp, ki=ki, kd=kd, t_f=0.0, c=1.0)
     assert flown.rise < 2.0 and 0.0 < flown.overshoot < 10.0 and flown.settling() < 10.0
 
 
