@@ -65,7 +65,9 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
-    guards: ClassVar[frozenset[str]] = frozenset(("unjudged", "signals_after_end", "unlimited_margins"))
+    guards: ClassVar[frozenset[str]] = frozenset(
+        ("unjudged", "signals_after_end", "unlimited_margins", "unsampled_modes")
+    )
     plant_step_key: ClassVar[str] = "plant.plant_step"
     period_key: ClassVar[str] = "control_period"
     flies: ClassVar[str] = "a plant of one's own"
