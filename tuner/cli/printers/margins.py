@@ -264,9 +264,9 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
         values = [c.quantities[name].value for document in (default, design) for c in document.channels]
         unit, per_unit = time_unit(name, values)
         for who, document in (("default", default), ("design", design)):
+            texts = [reading(c.quantities[name], name, per_unit) if c.stable else "-" for c in document.channels]
             cells = [
-                mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
-                for c in document.channels
+                mark(text, marks[who].get((c.channel, name))) for text, c in zip(texts, document.channels, strict=True)
             ]
             table.add_row(heading(name, unit, document) if who == "default" else "", who, *cells)
     return table

@@ -147,7 +147,7 @@ def unsampled_modes(study: PlantStudy) -> list[str]:
     if not system.has_equations:
         return []
     poles = poles_at_rest(system.equations, system.parameters, system.plan.actuators)
-    swings, half = np.abs(poles.imag) / tau, 0.5 / system.timing.control_period
+    swings, half = np.abs(np.imag(poles)) / tau, 0.5 / system.timing.control_period
     if not swings.max(initial=0.0) > half:
         return []
     return [
