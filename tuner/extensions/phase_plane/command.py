@@ -10,7 +10,6 @@ from tuner.api import POSITION_LAW
 from tuner.cli.answer import progress
 from tuner.cli.app import Airframe, Gain, PositionLaw, Threads, app, law_option, study_option
 from tuner.cli.evaluate import gains_or_law, study_of
-from tuner.extensions.phase_plane.trajectories import trajectories
 from tuner.text.sentences import counted, listing
 
 FILE = Path("phase.png")
@@ -35,6 +34,9 @@ def phase_plane(
 
     Example: tuner phase-plane --law hybrid --plot hybrid.svg
     """
+    # Here, because every `tuner --help` imports this module.
+    from tuner.extensions.phase_plane.trajectories import trajectories
+
     given = gains_or_law(gains, law, position_law, airframe, gain, "tuner phase-plane --law hybrid")
     with progress(False) as watcher:
         flights = tuner.fly(
