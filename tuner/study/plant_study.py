@@ -95,8 +95,13 @@ class PlantStudy(TuningStudy):
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
-        """Its plant."""
-        return ("plant", self.system.plant.title), ("laws", self.law_text)
+        """Its plant, laws and observer."""
+        rows = [
+            ("plant", self.system.plant.title),
+            ("laws", self.law_text),
+            ("observer", self.system.plan.observer_title),
+        ]
+        return tuple(row for row in rows if row[1])
 
     @property
     def followed(self) -> list[Followed]:

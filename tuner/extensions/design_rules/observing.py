@@ -15,8 +15,6 @@ from plant.records import flatten, paths
 from tuner.study.plant_schema import ObserverTable
 
 Array = np.ndarray
-# Share by which each pole is faster than the one before, because equal ones need as many measurements.
-POLE_SPACING = 0.1
 # Largest distance of a placed pole from its place.
 MAX_POLE_ERROR = 1e-6
 HIDDEN = "no observer exists: a state does not show in what is measured; measure another output"
@@ -57,25 +55,23 @@ def with_observer(table: ObserverTable, plant: PlantRecords, plan: LoopPlan, par
 
 def _sampled(plant: PlantRecords, parameters: Any, outputs: tuple[str, ...], h: float) -> tuple[Array, Array]:
     """Return the matrices of one control period between outputs; commands are held."""
-    from scipy.linalg import expm
-
     from plant.model.slope import linear_equations
+    from tuner.extensions.design_rules.sampling import sampled_outputs
 
-    equations, m = linear_equations(plant, parameters), len(paths(plant.Input))
+    equations, inputs = linear_equations(plant, parameters), range(len(paths(plant.Input)))
     rows = [paths(plant.Output).index(name) for name in outputs]
-    n, shown, b = len(equations.a), equations.c[rows], equations.b[:, :m]
-    if len(outputs) != n or np.linalg.matrix_rank(shown) < n:
-        raise InputError(
-            f"given {n} states and the outputs {', '.join(outputs)}; allowed: as many independent outputs, measured or read by "
-            "channels, as states: give each state an output",
-            key="measured",
-        )
-    if equations.d[rows, :m].any():
+    if equations.d[rows][:, inputs].any():
         raise InputError(
             "an output follows an input at once; an observer needs outputs of states alone", key="measured"
         )
-    moved, back = expm(h * np.block([[equations.a, b], [np.zeros((m, n + m))]])), np.linalg.inv(shown)
-    return shown @ moved[:n, :n] @ back, shown @ moved[:n, n:]
+    sampled = sampled_outputs(equations, rows, inputs, h)
+    if sampled is None:
+        raise InputError(
+            f"given {len(equations.a)} states and the outputs {', '.join(outputs)}; allowed: as many independent outputs, "
+            "measured or read by channels, as states: give each state an output",
+            key="measured",
+        )
+    return sampled
 
 
 def _correction(table: ObserverTable, inputs: Iterable[str], a: Array, b: Array, picked: Array, h: float) -> Array:
@@ -88,7 +84,7 @@ def _correction(table: ObserverTable, inputs: Iterable[str], a: Array, b: Array,
         raise InputError("given with noise; allowed: time, or noise and input_noise", key="time")
     if not (isfinite(table.time) and table.time > 0.0):
         raise InputError(f"given {table.time:g} s; allowed: a finite number above 0", key="time")
-    return _placed(a, picked, np.exp(-h / table.time * (1.0 + POLE_SPACING * np.arange(len(a)))))
+    return _placed(a, picked, table.time, h)
 
 
 def _variances(key: str, given: Mapping[str, float], names: Iterable[str]) -> list[float]:
@@ -114,9 +110,12 @@ def _kalman(a: Array, picked: Array, q: Array, r: Array) -> Array:
     return np.linalg.solve(picked @ p @ picked.T + r, picked @ p).T
 
 
-def _placed(a: Array, picked: Array, poles: Array) -> Array:
+def _placed(a: Array, picked: Array, time: float, h: float) -> Array:
     from scipy.signal import place_poles
 
+    from tuner.extensions.design_rules.sampling import spaced_poles
+
+    poles = spaced_poles(time, h, len(a))
     try:
         correction = np.asarray(vars(place_poles(a.T, (picked @ a).T, poles))["gain_matrix"]).T
     except ValueError as error:
