@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from tuner.extensions.betaflight.presets import WHAT
 from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
-from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, worst_ring
+from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, changes, rings, worst_ring
 from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants, vehicle_plants
 from tuner.store.document import taken
 from tuner.store.folder import put
@@ -127,7 +127,7 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
     tune, sampling, plants = profile.tune, profile.sampling, craft.plants
     conditions = list(rings(tune, plants, sampling, growth))
     worst = worst_ring(conditions, tune.schedule)
-    ground = worst_ring(conditions, tune.schedule, is_open=False)
+    ground = worst_ring(conditions, tune.schedule, "shut")
     options = changes(tune, plants[worst.axis], sampling, worst, growth)
     return AdrcDocument(
         format="gainproof-adrc",
@@ -141,9 +141,9 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
         loop_rate=1.0 / sampling.period,
         growth=growth,
         plants=[_plant_row(axis, entry) for axis, entry in craft.axes.items()],
-        rings=[_ring_row(ring) for ring in conditions],
+        rings=conditions,
         worst=conditions.index(worst),
-        changes=[_change_row(change) for change in options],
+        changes=options,
         sentence=sentence(worst, ground, options, is_limit=craft.is_measured),
         notes=[*profile.notes, *craft.notes],
     )
@@ -164,50 +164,29 @@ def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
     )
 
 
-def _ring_row(ring: Ring) -> RingRow:
-    gain, frequency, phase = (value if isfinite(value) else None for value in ring.margins[:3])
-    return RingRow(
-        axis=ring.axis,
-        schedule=ring.schedule,
-        throttle=ring.throttle,
-        gate="open" if ring.is_open else "shut",
-        gain_margin=gain,
-        ring=frequency,
-        phase_margin=phase,
-    )
-
-
-def _change_row(change: Change) -> ChangeRow:
-    return ChangeRow(
-        settings=dict(change.settings),
-        gain_margin=change.gain,
-        ring=change.ring,
-        stiffness=change.stiffness,
-        noise=change.noise,
-    )
-
-
-def sentence(worst: Ring, ground: Ring, options: list[Change], *, is_limit: bool) -> str:
+def sentence(worst: RingRow, ground: RingRow, options: list[ChangeRow], *, is_limit: bool) -> str:
     """Return the answer: the axis that rings first, on the ground too, and the change that helps most."""
     parts = [
-        f"{worst.axis.capitalize()} rings first, at {worst.margins.ring:.0f} Hz: gain margin {worst.margins.gain:.2f} "
+        f"{worst.axis.capitalize()} rings first, at {worst.ring or 0.0:.0f} Hz: gain margin {worst.gain_margin or inf:.2f} "
         f"at {100.0 * worst.throttle:.0f} % throttle."
     ]
     if is_limit:
-        parts.append(_verdict(worst.margins.gain))
+        parts.append(_verdict(worst.gain_margin or inf))
     else:
         parts.append(
             "The plants are scaled by the file's b0, 20 to 35 % off for a craft: this number compares changes by --gain on "
             "this file alone, it is no limit. Another b0 in the file is another plant. Without a log aim for a margin of "
             f"{MIN_UNMEASURED_MARGIN:g}."
         )
-    parts.append(f"On the ground: {ground.axis}, {ground.margins.ring:.0f} Hz, gain margin {ground.margins.gain:.2f}.")
+    parts.append(
+        f"On the ground: {ground.axis}, {ground.ring or 0.0:.0f} Hz, gain margin {ground.gain_margin or inf:.2f}."
+    )
     if options:
         best = options[0]
         change = ", ".join(f"{name} = {value:.0f}" for name, value in best.settings.items())
         parts.append(
-            f"Of single changes {change} helps most: gain margin {best.gain:.2f}, stiffness at 2 Hz x {best.stiffness:.2f}, "
-            f"noise x {best.noise:.2f}."
+            f"Of single changes {change} helps most: gain margin {best.gain_margin:.2f}, stiffness at 2 Hz x "
+            f"{best.stiffness:.2f}, noise x {best.noise:.2f}."
         )
     return " ".join(parts)
 

@@ -5,10 +5,12 @@ to 40 to 60 %, and 0.56 at 10 to 15 %: a growth of about 0.5, where the schedule
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
+from tuner.extensions.betaflight_adrc.document import ChangeRow, RingRow
 from tuner.extensions.betaflight_adrc.equations import limited_scale, schedule_scale
 from tuner.extensions.betaflight_adrc.linear_loop import (
     AxisPlant,
@@ -20,7 +22,7 @@ from tuner.extensions.betaflight_adrc.linear_loop import (
     margins,
     scaled,
 )
-from tuner.extensions.betaflight_adrc.settings import SCHEDULES, SETTINGS, Tune
+from tuner.extensions.betaflight_adrc.settings import LAG, SCHEDULES, SETTINGS, Tune
 
 REFERENCE = {
     "roll": (6560.0, AxisPlant.identified(135.2, 0.0211, 0.0022, 250e-6)),
@@ -35,42 +37,6 @@ SLOW_FREQUENCY = 2.0
 SHARES = {"wo": 0.8, "wc": 0.8, "b0": 1.25}
 """Proposed value over the present one, by setting."""
 CUTOFF_FACTOR = 1.5
-
-
-class Ring(NamedTuple):
-    """Margins of an axis in one condition.
-
-    Attributes:
-        axis: Name of the axis.
-        throttle: Collective, 0 to 1.
-        schedule: Schedule of b0.
-        is_open: Whether the gate is open.
-        margins: Margins of the loop.
-    """
-
-    axis: str
-    throttle: float
-    schedule: str
-    is_open: bool
-    margins: Margins
-
-
-class Change(NamedTuple):
-    """A change of settings, with its effects as factors.
-
-    Attributes:
-        settings: Setting -> its new value.
-        gain: Gain margin of the axis after the change.
-        ring: Frequency at which it then rings [Hz].
-        stiffness: Loop gain at a slow disturbance, over the present one.
-        noise: Output from white noise of the gyro, over the present one.
-    """
-
-    settings: Mapping[str, float]
-    gain: float
-    ring: float
-    stiffness: float
-    noise: float
 
 
 def plants_of_b0(tune: Tune) -> dict[str, AxisPlant]:
@@ -101,7 +67,7 @@ def rings(
     sampling: Sampling,
     growth: float = DEFAULT_GROWTH,
     schedules: Sequence[str] = tuple(SCHEDULES),
-) -> Iterator[Ring]:
+) -> Iterator[RingRow]:
     """Yield the margins of each axis in flight and on the ground.
 
     Args:
@@ -111,25 +77,33 @@ def rings(
         growth: Exponent of the acceleration gain over the collective.
         schedules: Names of the schedules of b0.
     """
-    flights = [(schedule, throttle, True) for schedule in schedules for throttle in throttles(tune)]
+    flights = [(schedule, throttle, "open") for schedule in schedules for throttle in throttles(tune)]
     for axis in plants:
-        for schedule, throttle, is_open in (*flights, (tune.schedule, IDLE, False)):
-            scale = scale_at(tune, schedule, throttle, is_open)
+        for schedule, throttle, gate in (*flights, (tune.schedule, IDLE, "shut")):
+            is_open = gate == "open"
             # On the ground airmode raises the applied collective to that of hover and beyond.
             plant = scaled(plants[axis], authority_at(tune, throttle, growth) if is_open else 1.0)
-            yield Ring(axis, throttle, schedule, is_open, margins(tune, axis, plant, sampling, scale, is_open))
+            found = margins(tune, axis, plant, sampling, scale_at(tune, schedule, throttle, is_open), is_open)
+            gain, ring, phase = (value if isfinite(value) else None for value in found[:3])
+            yield RingRow(
+                axis=axis,
+                schedule=schedule,
+                throttle=throttle,
+                gate=gate,
+                gain_margin=gain,
+                ring=ring,
+                phase_margin=phase,
+            )
 
 
-def worst_ring(conditions: Sequence[Ring], schedule: str, is_open: bool = True) -> Ring:
+def worst_ring(conditions: Sequence[RingRow], schedule: str, gate: str = "open") -> RingRow:
     """Return the condition with the smallest gain margin."""
-    return min((ring for ring in conditions if ring.schedule == schedule and ring.is_open == is_open), key=_gain)
+    selected = [row for row in conditions if (row.schedule, row.gate) == (schedule, gate)]
+    # Where a schedule follows the rotors, margins of several throttles differ by rounding: the lowest throttle counts.
+    return min(selected, key=lambda row: round(row.gain_margin or inf, 6))
 
 
-def _gain(ring: Ring) -> float:
-    return np.nan_to_num(ring.margins.gain, nan=np.inf)
-
-
-def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: Ring, growth: float) -> list[Change]:
+def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: RingRow, growth: float) -> list[ChangeRow]:
     """Return the changes that raise a gain margin, the best one first.
 
     Args:
@@ -140,16 +114,17 @@ def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: Ring, growth
         growth: Exponent of the acceleration gain over the collective.
     """
     plant = scaled(plant, authority_at(tune, ring.throttle, growth))
-    results = []
+    before = effects(tune, ring, plant, sampling)
+    rows = []
     for settings in _proposals(tune, ring.axis, plant):
-        changed = tune.with_numbers(settings)
-        scale = scale_at(changed, ring.schedule, ring.throttle)
-        margin = margins(changed, ring.axis, plant, sampling, scale)
-        stiffness = _stiffness(changed, ring, plant, sampling) / _stiffness(tune, ring, plant, sampling)
-        noise = _noise(changed, ring, sampling) / _noise(tune, ring, sampling)
-        results.append(Change(settings, margin.gain, margin.ring, stiffness, noise))
-    helpful = [change for change in results if change.gain > ring.margins.gain]
-    return sorted(helpful, key=lambda change: -change.gain)
+        after = effects(tune.with_numbers(settings), ring, plant, sampling)
+        stiffness, noise = after.stiffness / before.stiffness, after.noise / before.noise
+        if after.margins.gain > before.margins.gain:
+            gain, frequency = after.margins[:2]
+            rows.append(
+                ChangeRow(settings=settings, gain_margin=gain, ring=frequency, stiffness=stiffness, noise=noise)
+            )
+    return sorted(rows, key=lambda row: -row.gain_margin)
 
 
 def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, float]]:
@@ -157,23 +132,33 @@ def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, fl
     values = {f"adrc_{name}_{axis}": share * tune.of(name, axis) for name, share in SHARES.items()}
     if cutoff := tune.numbers["adrc_gyro_lpf_hz"]:
         values["adrc_gyro_lpf_hz"] = CUTOFF_FACTOR * cutoff
-    if axis != "yaw" and tune.build.has("adrc_motor_tau_ms"):
-        values["adrc_motor_tau_ms"] = 1e3 * plant.lag
+    if axis != "yaw" and tune.build.has(LAG):
+        values[LAG] = 1e3 * plant.lag
     for name, value in values.items():
-        setting = SETTINGS[name]
-        yield {name: float(round(min(max(value, setting.low), setting.high)))}
+        yield {name: SETTINGS[name].nearest(value)}
 
 
-def _stiffness(tune: Tune, ring: Ring, plant: AxisPlant, sampling: Sampling) -> float:
-    scale = scale_at(tune, ring.schedule, ring.throttle)
-    return float(abs(loop_response(tune, ring.axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)[0]))
+class Effects(NamedTuple):
+    """Margins; loop gain at a slow disturbance; output from white noise of the gyro [1 per deg/s]."""
+
+    margins: Margins
+    stiffness: float
+    noise: float
 
 
-def _noise(tune: Tune, ring: Ring, sampling: Sampling) -> float:
-    """Return the output from white noise of the gyro [1 per deg/s]."""
-    constants = tune.axis(ring.axis, sampling.period)
+def effects(tune: Tune, ring: RingRow, plant: AxisPlant, sampling: Sampling) -> Effects:
+    """Return the effects of a tune in a condition in flight.
+
+    Args:
+        tune: Settings.
+        ring: Axis, schedule and throttle.
+        plant: Plant of the axis at that throttle.
+        sampling: Rates and filters.
+    """
+    constants, scale = tune.axis(ring.axis, sampling.period), scale_at(tune, ring.schedule, ring.throttle)
+    slow = loop_response(tune, ring.axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)
     frequency = np.linspace(0.0, 0.5 / sampling.period, 2001)[1:-1]
     z = np.exp(2j * np.pi * frequency * sampling.period)
-    scale = scale_at(tune, ring.schedule, ring.throttle)
     response = controller_response(constants, scale, True, z, sampling.period)
-    return float(np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2)))
+    noise = np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2))
+    return Effects(margins(tune, ring.axis, plant, sampling, scale), float(np.abs(slow[0])), float(noise))

@@ -105,7 +105,7 @@ def test_the_answer_is_printed_and_is_json(vehicle, capsys):
         ({"adrc_motor_tau_ms": "20"}, "build b11 has no such setting; name the build by --build"),
         ({"adrc_magic": "1"}, "adrc_magic: build b11 has no such setting"),
         ({"adrc_b0_law": "CUBIC"}, "adrc_b0_law: given CUBIC; allowed: QUADRATIC, SQRT, LINEAR, FIXED"),
-        ({"adrc_zeta_yaw": "75"}, "adrc_zeta_yaw: given 75; only 100 is supported"),
+        ({"adrc_zeta_yaw": "175"}, "adrc_zeta_yaw: given 175 %; give a whole number from 0 to 100"),
         ({"thrust_linear": "150"}, "thrust_linear: given 150; allowed 0 to 100"),
         ({"pid_process_denom": "0"}, "pid_process_denom: given 0; allowed 1 to 16"),
     ],
@@ -132,10 +132,10 @@ def test_an_unknown_build_gives_advice_and_no_file(vehicle, tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[tail]\ngain = 1\n", "given tail; give tables"),
-        ("roll = 3\n", "roll.gain: give a number from 0.01"),
+        ("[tail]\ngain = 1\n", "unknown key 'tail'; valid: pitch, roll, yaw"),
+        ("roll = 3\n", "roll: given 3; this must be a table"),
         (PLANT.format(axis="yaw").replace("13.2", "nan"), "yaw.gain"),
-        (PLANT.format(axis="yaw") + "mass = 1\n", "yaw.mass: unknown; give gain, lag, delay, zero"),
+        (PLANT.format(axis="yaw") + "mass = 1\n", "yaw.mass: unknown key 'mass'; valid: delay, gain, lag, zero"),
     ],
 )
 def test_plant_files_that_are_refused(vehicle, tmp_path, text, said):
