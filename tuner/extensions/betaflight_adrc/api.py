@@ -1,6 +1,6 @@
 """Margins and the axis that rings of a Betaflight profile with ADRC."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -11,7 +11,8 @@ from plant.input_files import InputFile, given_content
 from tuner.api.frames import Documented, frame
 from tuner.api.gains import read_gains
 from tuner.extensions.betaflight.presets import WHAT
-from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
+from tuner.extensions.betaflight_adrc.designing import design_front, designed_settings
+from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, DesignRow, PlantRow, RingRow
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
 from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, changes, rings, worst_ring
@@ -22,6 +23,8 @@ from tuner.store.folder import put
 if TYPE_CHECKING:
     import pandas as pd
 
+PACK_RANGE = (0.3, 3.0)
+"""Voltage of a pack over the usual one."""
 MIN_MARGIN = 1.0
 """Gain margin below which a loop rings."""
 MIN_QUIET_MARGIN = 1.5
@@ -61,13 +64,16 @@ def adrc(
     growth: float = DEFAULT_GROWTH,
     gains: str | Path | None = None,
     settings: Mapping[str, float | str] | None = None,
+    packs: Sequence[float] = (),
+    design: float | None = None,
+    front: str | Path | None = None,
     out: str | Path | None = None,
 ) -> AdrcForecast:
     """Forecast which axis of a Betaflight profile with ADRC rings, and where.
 
     Args:
         file: Output of `diff all` or `dump all` of the vehicle.
-        plants: Table (TOML) of the craft's own plants by axis; by default they are scaled by b0.
+        plants: Table (TOML) of the craft's own plants by axis, or the command lines whose b0 scales them; by default `file`.
         log: Flight log (.bbl or CSV) with setpoints, out of which the plants are identified.
         profile: Number of the PID profile; by default the selected one.
         build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
@@ -75,6 +81,9 @@ def adrc(
         growth: Exponent of the acceleration gain over the collective.
         gains: File gains.json of a study with the law `betaflight_adrc`, whose settings replace those of the file.
         settings: Other values of settings, such as {"adrc_wo_yaw": 80}.
+        packs: Voltages of other packs over that of the plants, such as 0.85 for an empty one.
+        design: Gain margin that wc and wo of each axis are to keep at every throttle and with every pack.
+        front: PNG or PDF to draw bandwidth against margin and noise in; it must not be there yet.
         out: File of command lines to write; it must not be there yet.
 
     Returns:
@@ -98,12 +107,38 @@ def adrc(
     # The plants belong to the craft, so they follow the b0 that it flies now.
     table, flight = (None if each is None else Path(each) for each in (plants, log))
     craft = vehicle_plants(read, table, flight)
-    read = changed(read, edits)
-    document = forecast_document(str(file), read, craft, growth)
+    read, voltages = changed(read, edits), checked_packs(packs)
+    rows: list[DesignRow] = []
+    if design is not None:
+        rows = design_front(read.tune, craft, read.sampling, growth, voltages, design)
+        edits = edits | designed_settings(rows, design)
+        read = changed(read, edits)
+    document = forecast_document(str(file), read, craft, growth, voltages, rows)
     lines = command_lines_of(read, edits, craft.origin(table, flight), document.sentence)
+    if front is not None:
+        draw_front(Path(front), rows, design)
     if out is not None:
         write_lines(Path(out), read, lines)
     return AdrcForecast(document, read, lines)
+
+
+def checked_packs(packs: Sequence[float]) -> tuple[float, ...]:
+    """Return the voltages of all packs, the usual one first; raises InputError for one out of range."""
+    for pack in packs:
+        if not PACK_RANGE[0] <= pack <= PACK_RANGE[1]:
+            message = f"given {pack:g}; give a voltage over the usual one, from {PACK_RANGE[0]:g} to {PACK_RANGE[1]:g}"
+            raise InputError(message, key="--pack")
+    return tuple(dict.fromkeys((1.0, *packs)))
+
+
+def draw_front(path: Path, rows: Sequence[DesignRow], design: float | None) -> None:
+    """Draw the front into a new file; raises InputError without a design."""
+    if design is None:
+        raise InputError("needs --design, the gain margin of the tunes", key="--front")
+    # The drawing library takes a second to load.
+    from tuner.extensions.betaflight_adrc.figure import write_front
+
+    write_front(path, rows, design)
 
 
 def write_lines(path: Path, profile: Profile, lines: str) -> None:
@@ -115,7 +150,14 @@ def write_lines(path: Path, profile: Profile, lines: str) -> None:
     put(path.parent, path.name, lines.encode())
 
 
-def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth: float) -> AdrcDocument:
+def forecast_document(
+    file: str,
+    profile: Profile,
+    craft: VehiclePlants,
+    growth: float,
+    packs: Sequence[float] = (1.0,),
+    design: Sequence[DesignRow] = (),
+) -> AdrcDocument:
     """Return the forecast of a profile.
 
     Args:
@@ -123,9 +165,11 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
         profile: Profile as read.
         craft: Plants of the craft.
         growth: Exponent of the acceleration gain over the collective.
+        packs: Voltages of the packs, over that of the plants.
+        design: Front of tunes by margin.
     """
     tune, sampling, plants = profile.tune, profile.sampling, craft.plants
-    conditions = list(rings(tune, plants, sampling, growth))
+    conditions = list(rings(tune, plants, sampling, growth, packs=packs))
     worst = worst_ring(conditions, tune.schedule)
     ground = worst_ring(conditions, tune.schedule, "shut")
     options = changes(tune, plants[worst.axis], sampling, worst, growth)
@@ -144,6 +188,7 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
         rings=conditions,
         worst=conditions.index(worst),
         changes=options,
+        design=list(design),
         sentence=sentence(worst, ground, options, is_limit=craft.is_measured),
         notes=[*profile.notes, *craft.notes],
     )
@@ -168,15 +213,15 @@ def sentence(worst: RingRow, ground: RingRow, options: list[ChangeRow], *, is_li
     """Return the answer: the axis that rings first, on the ground too, and the change that helps most."""
     parts = [
         f"{worst.axis.capitalize()} rings first, at {worst.ring or 0.0:.0f} Hz: gain margin {worst.gain_margin or inf:.2f} "
-        f"at {100.0 * worst.throttle:.0f} % throttle."
+        f"at {100.0 * worst.throttle:.0f} % throttle{'' if worst.pack == 1.0 else f', pack x {worst.pack:g}'}."
     ]
     if is_limit:
         parts.append(_verdict(worst.gain_margin or inf))
     else:
         parts.append(
-            "The plants are scaled by the file's b0, 20 to 35 % off for a craft: this number compares changes by --gain on "
-            "this file alone, it is no limit. Another b0 in the file is another plant. Without a log aim for a margin of "
-            f"{MIN_UNMEASURED_MARGIN:g}."
+            "The plants are scaled by b0, 20 to 35 % off for a craft: this number compares tunes on the same plants, it is no "
+            "limit. Another b0 in the file is another plant: keep the first one's by --plant FILE. Without a log aim for a "
+            f"margin of {MIN_UNMEASURED_MARGIN:g}."
         )
     parts.append(
         f"On the ground: {ground.axis}, {ground.ring or 0.0:.0f} Hz, gain margin {ground.gain_margin or inf:.2f}."

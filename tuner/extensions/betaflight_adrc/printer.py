@@ -1,6 +1,6 @@
 """Printer of a forecast."""
 
-from math import degrees
+from math import degrees, inf
 from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
@@ -20,6 +20,10 @@ def print_adrc_forecast(made: "AdrcForecast", console: Console) -> None:
     )
     for table in (_plants(document), _margins(document), _schedules(document), _changes(document)):
         console.print(table)
+    if any(row.pack != 1.0 for row in document.rings):
+        console.print(_packs(document))
+    if document.design:
+        console.print(_design(document))
     for note in document.notes:
         console.print(note, markup=False)
     console.print(document.sentence, style="bold", markup=False)
@@ -36,8 +40,9 @@ def _plants(document: AdrcDocument) -> TerminalTable:
     return table
 
 
-def _of_schedule(document: AdrcDocument, gate: str) -> list[RingRow]:
-    return [row for row in document.rings if row.schedule == document.schedule and row.gate == gate]
+def _of_schedule(document: AdrcDocument, gate: str, pack: float = 1.0) -> list[RingRow]:
+    rows = [row for row in document.rings if row.schedule == document.schedule and row.gate == gate]
+    return [row for row in rows if row.pack == pack]
 
 
 def _margins(document: AdrcDocument) -> TerminalTable:
@@ -57,14 +62,26 @@ def _margins(document: AdrcDocument) -> TerminalTable:
 
 def _schedules(document: AdrcDocument) -> TerminalTable:
     """Return the smallest gain margin of the axes by throttle and schedule."""
-    rows = [row for row in document.rings if row.gate == "open"]
+    rows = [row for row in document.rings if row.gate == "open" and row.pack == 1.0]
     schedules = list(dict.fromkeys(row.schedule for row in rows))
     table = TerminalTable("Smallest gain margin by schedule of b0", keys=1)
     table.columns_of("throttle", *schedules)
     for throttle in sorted({row.throttle for row in rows}):
         cells = [[row for row in rows if (row.schedule, row.throttle) == (name, throttle)] for name in schedules]
-        worst = [min(cell, key=lambda row: row.gain_margin or float("inf")) for cell in cells]
+        worst = [min(cell, key=lambda row: row.gain_margin or inf) for cell in cells]
         table.add_row(f"{100.0 * throttle:.0f} %", *[f"{row.axis} {_factor(row)}" for row in worst])
+    return table
+
+
+def _packs(document: AdrcDocument) -> TerminalTable:
+    """Return the smallest gain margin of each pack."""
+    table = TerminalTable("Smallest gain margin by voltage of the pack", keys=1)
+    table.columns_of("pack", "axis", "throttle", "gain margin", "rings at [Hz]")
+    for pack in dict.fromkeys(row.pack for row in document.rings):
+        worst = min(_of_schedule(document, "open", pack), key=lambda row: row.gain_margin or inf)
+        table.add_row(
+            f"x {pack:g}", worst.axis, f"{100.0 * worst.throttle:.0f} %", _factor(worst), f"{worst.ring or 0.0:.0f}"
+        )
     return table
 
 
@@ -81,4 +98,14 @@ def _changes(document: AdrcDocument) -> TerminalTable:
         names = ", ".join(f"{name} = {value:.0f}" for name, value in row.settings.items())
         effects = f"{row.gain_margin:.2f}", f"{row.ring:.0f}", f"x {row.stiffness:.2f}", f"x {row.noise:.2f}"
         table.add_row(names, *effects)
+    return table
+
+
+def _design(document: AdrcDocument) -> TerminalTable:
+    table = TerminalTable("Stiffest tune by gain margin at every throttle and pack", keys=1)
+    heads = ("margin", "wc", "wo", "rings at [Hz]", "bandwidth [Hz]", "stiffness", "noise")
+    table.columns_of("", *heads, left=("",))
+    for row in document.design:
+        numbers = (f"{value:.0f}" for value in (row.wc, row.wo, row.ring, row.bandwidth))
+        table.add_row(row.axis, f"{row.wanted:g}", *numbers, f"x {row.stiffness:.2f}", f"x {row.noise:.2f}")
     return table

@@ -6,7 +6,6 @@ to 40 to 60 %, and 0.56 at 10 to 15 %: a growth of about 0.5, where the schedule
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isfinite
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from tuner.extensions.betaflight_adrc.document import ChangeRow, RingRow
 from tuner.extensions.betaflight_adrc.equations import limited_scale, schedule_scale
 from tuner.extensions.betaflight_adrc.linear_loop import (
     AxisPlant,
-    Margins,
     Sampling,
     controller_response,
     filter_response,
@@ -44,9 +42,13 @@ def plants_of_b0(tune: Tune) -> dict[str, AxisPlant]:
     return {axis: scaled(plant, tune.of("b0", axis) / b0) for axis, (b0, plant) in REFERENCE.items()}
 
 
-def throttles(tune: Tune) -> tuple[float, ...]:
-    """Return the collectives of a forecast, from idle on."""
-    return tuple(sorted({IDLE, 0.01 * tune.numbers["adrc_hover_throttle"], *HIGH_THROTTLES}))
+def throttles(tune: Tune, pack: float = 1.0) -> tuple[float, ...]:
+    """Return the collectives of a forecast, from idle on; one hovers with a pack."""
+    return tuple(sorted({IDLE, min(_hover(tune) / pack, 1.0), *HIGH_THROTTLES}))
+
+
+def _hover(tune: Tune) -> float:
+    return 0.01 * tune.numbers["adrc_hover_throttle"]
 
 
 def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -> float:
@@ -56,9 +58,21 @@ def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -
     return limited_scale(raw, 1.0 if is_open else 0.0, constants)
 
 
-def authority_at(tune: Tune, throttle: float, growth: float) -> float:
-    """Return the acceleration gain of the rotors over that at hover."""
-    return (throttle / (0.01 * tune.numbers["adrc_hover_throttle"])) ** growth
+def authority_at(tune: Tune, throttle: float, growth: float, pack: float = 1.0) -> float:
+    """Return the acceleration gain of the rotors over that at hover with the usual pack.
+
+    A rotor turns at a speed in proportion to voltage and command, so both count in the growth, and the voltage once more.
+    """
+    return pack * (pack * throttle / _hover(tune)) ** growth
+
+
+def largest_gain(tune: Tune, growth: float, packs: Sequence[float]) -> float:
+    """Return the largest loop gain in flight over that at hover with the usual pack."""
+    conditions = [(pack, throttle) for pack in packs for throttle in throttles(tune, pack)]
+    return max(
+        authority_at(tune, throttle, growth, pack) / scale_at(tune, tune.schedule, throttle)
+        for pack, throttle in conditions
+    )
 
 
 def rings(
@@ -67,6 +81,7 @@ def rings(
     sampling: Sampling,
     growth: float = DEFAULT_GROWTH,
     schedules: Sequence[str] = tuple(SCHEDULES),
+    packs: Sequence[float] = (1.0,),
 ) -> Iterator[RingRow]:
     """Yield the margins of each axis in flight and on the ground.
 
@@ -76,13 +91,21 @@ def rings(
         sampling: Rates and filters.
         growth: Exponent of the acceleration gain over the collective.
         schedules: Names of the schedules of b0.
+        packs: Voltages of the packs, over that of the plants.
     """
-    flights = [(schedule, throttle, "open") for schedule in schedules for throttle in throttles(tune)]
+    conditions = [
+        condition
+        for pack in packs
+        for condition in (
+            *((pack, schedule, throttle, "open") for schedule in schedules for throttle in throttles(tune, pack)),
+            (pack, tune.schedule, IDLE, "shut"),
+        )
+    ]
     for axis in plants:
-        for schedule, throttle, gate in (*flights, (tune.schedule, IDLE, "shut")):
+        for pack, schedule, throttle, gate in conditions:
             is_open = gate == "open"
             # On the ground airmode raises the applied collective to that of hover and beyond.
-            plant = scaled(plants[axis], authority_at(tune, throttle, growth) if is_open else 1.0)
+            plant = scaled(plants[axis], authority_at(tune, throttle, growth, pack) if is_open else pack)
             found = margins(tune, axis, plant, sampling, scale_at(tune, schedule, throttle, is_open), is_open)
             gain, ring, phase = (value if isfinite(value) else None for value in found[:3])
             yield RingRow(
@@ -90,6 +113,7 @@ def rings(
                 schedule=schedule,
                 throttle=throttle,
                 gate=gate,
+                pack=pack,
                 gain_margin=gain,
                 ring=ring,
                 phase_margin=phase,
@@ -113,16 +137,22 @@ def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: RingRow, gro
         ring: Condition to improve, in flight.
         growth: Exponent of the acceleration gain over the collective.
     """
-    plant = scaled(plant, authority_at(tune, ring.throttle, growth))
-    before = effects(tune, ring, plant, sampling)
+    plant, axis = scaled(plant, authority_at(tune, ring.throttle, growth, ring.pack)), ring.axis
+    scale = scale_at(tune, ring.schedule, ring.throttle)
+    stiff, loud = stiffness(tune, axis, plant, sampling, scale), noise(tune, axis, sampling, scale)
     rows = []
-    for settings in _proposals(tune, ring.axis, plant):
-        after = effects(tune.with_numbers(settings), ring, plant, sampling)
-        stiffness, noise = after.stiffness / before.stiffness, after.noise / before.noise
-        if after.margins.gain > before.margins.gain:
-            gain, frequency = after.margins[:2]
+    for settings in _proposals(tune, axis, plant):
+        changed = tune.with_numbers(settings)
+        found = margins(changed, axis, plant, sampling, scale)
+        if found.gain > (ring.gain_margin or inf):
             rows.append(
-                ChangeRow(settings=settings, gain_margin=gain, ring=frequency, stiffness=stiffness, noise=noise)
+                ChangeRow(
+                    settings=settings,
+                    gain_margin=found.gain,
+                    ring=found.ring,
+                    stiffness=stiffness(changed, axis, plant, sampling, scale) / stiff,
+                    noise=noise(changed, axis, sampling, scale) / loud,
+                )
             )
     return sorted(rows, key=lambda row: -row.gain_margin)
 
@@ -138,27 +168,15 @@ def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, fl
         yield {name: SETTINGS[name].nearest(value)}
 
 
-class Effects(NamedTuple):
-    """Margins; loop gain at a slow disturbance; output from white noise of the gyro [1 per deg/s]."""
-
-    margins: Margins
-    stiffness: float
-    noise: float
+def stiffness(tune: Tune, axis: str, plant: AxisPlant, sampling: Sampling, scale: float) -> float:
+    """Return the loop gain at a slow disturbance."""
+    return float(np.abs(loop_response(tune, axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)[0]))
 
 
-def effects(tune: Tune, ring: RingRow, plant: AxisPlant, sampling: Sampling) -> Effects:
-    """Return the effects of a tune in a condition in flight.
-
-    Args:
-        tune: Settings.
-        ring: Axis, schedule and throttle.
-        plant: Plant of the axis at that throttle.
-        sampling: Rates and filters.
-    """
-    constants, scale = tune.axis(ring.axis, sampling.period), scale_at(tune, ring.schedule, ring.throttle)
-    slow = loop_response(tune, ring.axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)
+def noise(tune: Tune, axis: str, sampling: Sampling, scale: float) -> float:
+    """Return the output from white noise of the gyro [1 per deg/s]."""
+    constants = tune.axis(axis, sampling.period)
     frequency = np.linspace(0.0, 0.5 / sampling.period, 2001)[1:-1]
     z = np.exp(2j * np.pi * frequency * sampling.period)
     response = controller_response(constants, scale, True, z, sampling.period)
-    noise = np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2))
-    return Effects(margins(tune, ring.axis, plant, sampling, scale), float(np.abs(slow[0])), float(noise))
+    return float(np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2)))

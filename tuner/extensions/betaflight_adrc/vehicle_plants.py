@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant.errors import InputError
+from plant.input_files import InputFile, given_content
 from tuner.extensions.betaflight_adrc.identifying import IdentifiedAxis, identify_axes
 from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, margins, scaled
-from tuner.extensions.betaflight_adrc.reading import Profile, read_plants
+from tuner.extensions.betaflight_adrc.reading import Profile, read_adrc, read_plants
 from tuner.extensions.betaflight_adrc.ringing import plants_of_b0
 
 GIVEN, BY_LOG, BY_B0 = "given", "log", "b0"
@@ -64,21 +65,30 @@ def vehicle_plants(profile: Profile, plants: Path | None, log: Path | None) -> V
 
     Args:
         profile: Profile as the craft flies it.
-        plants: Table of plants.
+        plants: Table of plants, or the command lines whose b0 scales them.
         log: Flight log.
     """
     if plants is not None and log is not None:
         raise InputError("cannot be combined with --plant", key="--log")
-    axes = {axis: VehicleAxis(plant, BY_B0) for axis, plant in profile.plants(plants_of_b0(profile.tune)).items()}
-    if plants is not None:
+    axes = _by_b0(profile)
+    if plants is not None and plants.suffix == ".toml":
         given = read_plants(plants, profile.sampling)
         return VehiclePlants(axes | {axis: VehicleAxis(plant, GIVEN) for axis, plant in given.items()})
+    if plants is not None:
+        file = InputFile(plants, given_content(plants, "give a table of plants (.toml), or a file of command lines"))
+        build, gyro_rate = profile.tune.build.name, 1.0 / profile.sampling.gyro_period
+        return VehiclePlants(_by_b0(read_adrc(file, profile.number, build, gyro_rate)))
     if log is None:
         return VehiclePlants(axes)
     identified = identify_axes(log, profile.sampling)
     refused = {axis: text for axis, entry in identified.items() if (text := _refusal(profile, axis, entry))}
     shown = {axis: _of_log(profile, entry) for axis, entry in identified.items() if axis not in refused}
     return VehiclePlants(axes | shown, tuple(_with_remedy(refused)))
+
+
+def _by_b0(profile: Profile) -> dict[str, VehicleAxis]:
+    """Return the plants scaled by the b0 of a profile."""
+    return {axis: VehicleAxis(plant, BY_B0) for axis, plant in profile.plants(plants_of_b0(profile.tune)).items()}
 
 
 def _of_log(profile: Profile, entry: IdentifiedAxis) -> VehicleAxis:
