@@ -10,34 +10,7 @@ from plant.errors import InputError
 from tuner.cli.tables import wide_console
 from tuner.extensions.betaflight_adrc.printer import print_adrc_forecast
 
-HEAD = "# Betaflight / STM32F411 (S411) 2026.12.0-alpha Sep 19 2026 / 10:12:13 ({revision}) MSP API: 1.48\n"
-SETTINGS = {
-    "adrc_wc_yaw": "97",
-    "adrc_wo_yaw": "110",
-    "adrc_b0_yaw": "3586",
-    "adrc_hover_throttle": "29",
-    "adrc_b0_law": "FIXED",
-    "gyro_lpf1_dyn_min_hz": "0",
-    "gyro_lpf1_static_hz": "0",
-    "gyro_lpf2_static_hz": "0",
-}
 PLANT = "[{axis}]\ngain = 13.2\nlag = 0.0256\ndelay = 0.0026\nzero = 0.13\n"
-
-
-@pytest.fixture
-def vehicle(tmp_path):
-    """Write a file of command lines: profile 0 classic, profile 1 with the law."""
-
-    def write(revision="e6511d6ac", **changes):
-        lines = [f"set {name} = {value}" for name, value in (SETTINGS | changes).items()]
-        text = "\n".join(
-            ["profile 0", "set p_roll = 50", "profile 1", "set pid_type = ADRC", *lines, "profile 1", "save", ""]
-        )
-        path = tmp_path / "diff.txt"
-        path.write_text(HEAD.format(revision=revision) + text)
-        return path
-
-    return write
 
 
 def own_plants(folder, **keys):
@@ -74,7 +47,7 @@ def test_another_b0_in_the_file_is_another_plant_and_by_gain_another_tune(vehicl
     margins = [document.rings[document.worst].gain_margin for document in (file, raised, changed)]
     assert margins[0] is not None
     assert margins[1] == pytest.approx(margins[0]) and margins[2] == pytest.approx(margins[0] * 4482 / 3586)
-    assert "compares changes by --gain on this file alone" in file.sentence
+    assert "compares tunes on the same plants" in file.sentence
 
 
 def test_written_lines_hold_the_tune_alone_and_read_back(vehicle, tmp_path):

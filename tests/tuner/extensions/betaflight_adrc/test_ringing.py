@@ -1,8 +1,11 @@
 """Forecasts against printed outcomes, and factors that follow from 1/b0."""
 
+import numpy as np
 import pytest
 
-from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, Sampling, margins
+from tests.tuner.extensions.betaflight_adrc.flown_logs import IN_FLIGHT, fly_axis
+from tuner.extensions.betaflight_adrc import equations
+from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, Sampling, margins, scaled
 from tuner.extensions.betaflight_adrc.ringing import changes, plants_of_b0, rings, worst_ring
 from tuner.extensions.betaflight_adrc.settings import AXES, BUILDS, default_tune
 
@@ -36,6 +39,22 @@ def test_a_ground_tune_lifts_where_its_margin_is_below_1(wc, wo, b0, lifts):
     tune = tune_of(wc_pitch=wc, wo_pitch=wo, b0_pitch=b0, ground_wc=wc, ground_dgain=0)
     plants = plants_of_b0(tune.with_numbers({"adrc_b0_pitch": 3852.0}))
     assert (margins(tune, "pitch", plants["pitch"], SAMPLING, 1.0, False).gain < 1.0) == lifts
+
+
+@pytest.mark.parametrize(("axis", "gate"), [("yaw", IN_FLIGHT), ("pitch", equations.SHUT), ("yaw", equations.SHUT)])
+def test_loops_ring_in_time_beyond_their_margin(axis, gate):
+    """Simulated rate loops with noise, gate open and shut: 8 % below the margin quiet, 8 % above it at the limit of the motors."""
+    tune = tune_of(**{f"wc_{axis}": 70, f"wo_{axis}": 110, f"b0_{axis}": 3000}, ground_wc=70, ground_dgain=0)
+    plant, still = plants_of_b0(tune)[axis], np.zeros(16000)
+    margin = margins(tune, axis, plant, SAMPLING, 1.0, gate.is_open > 0.5)
+    swings = []
+    for factor in (0.92, 1.08):
+        loop = scaled(plant, factor * margin.gain)
+        rate = fly_axis(tune, axis, loop, SAMPLING, still, np.random.default_rng(1), gate)[1][8000:]
+        swings.append(float(np.std(rate)))
+    power = np.abs(np.fft.rfft(rate - rate.mean()))
+    assert swings[1] > 8.0 * swings[0]
+    assert np.argmax(power) / (len(rate) * SAMPLING.period) == pytest.approx(margin.ring, abs=0.06 * margin.ring)
 
 
 def test_margins_by_throttle_follow_the_schedules():
