@@ -195,7 +195,7 @@ def forecast_document(
 
 
 def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
-    plant, (low, high) = entry.plant, entry.b0 or (None, None)
+    plant = entry.plant
     return PlantRow(
         axis=axis,
         gain=plant.gain,
@@ -203,8 +203,7 @@ def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
         dead_time=plant.dead_time,
         zero=plant.zero,
         b0=plant.b0,
-        b0_low=low,
-        b0_high=high,
+        intervals=dict(entry.intervals),
         source=entry.source,
     )
 

@@ -12,7 +12,7 @@ class PlantRow(DocumentPart):
         gain: Acceleration per unit of output [deg/s2].
         lag, dead_time, zero: Time constants [s].
         b0: Gain from output to rate'' [deg/s3].
-        b0_low, b0_high: Its 95 % interval out of a log, otherwise null.
+        intervals: 95 % intervals out of a log, by the names above; empty without one.
         source: Origin: "given", "log", or "b0" for one scaled by b0.
     """
 
@@ -22,8 +22,7 @@ class PlantRow(DocumentPart):
     dead_time: float
     zero: float
     b0: float
-    b0_low: float | None
-    b0_high: float | None
+    intervals: dict[str, tuple[float, float]]
     source: str
 
 

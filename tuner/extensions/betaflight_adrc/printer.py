@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
-from tuner.extensions.betaflight_adrc.document import AdrcDocument, RingRow
+from tuner.extensions.betaflight_adrc.document import AdrcDocument, PlantRow, RingRow
 
 if TYPE_CHECKING:
     from tuner.extensions.betaflight_adrc.api import AdrcForecast
+
+COLUMNS = (("gain", 1.0, 1), ("lag", 1e3, 1), ("dead_time", 1e3, 1), ("zero", 1e3, 0), ("b0", 1.0, 0))
+"""Numbers of a plant: name, factor to the printed unit, digits."""
 
 
 def print_adrc_forecast(made: "AdrcForecast", console: Console) -> None:
@@ -30,14 +33,20 @@ def print_adrc_forecast(made: "AdrcForecast", console: Console) -> None:
 
 
 def _plants(document: AdrcDocument) -> TerminalTable:
-    table = TerminalTable("Plant at hover, times in ms; its b0 is no setting", keys=1)
-    heads = ("gain [deg/s2]", "lag", "dead time", "zero", "plant's b0 [deg/s3]", "95 %")
-    table.columns_of("", *heads, left=("",))
+    table = TerminalTable("Plant at hover, times in ms, +- of 95 % intervals; its b0 is no setting", keys=1)
+    table.columns_of("", "gain [deg/s2]", "lag", "dead time", "zero", "plant's b0 [deg/s3]", left=("",))
     for row in document.plants:
-        times = (f"{1e3 * value:.1f}" for value in (row.lag, row.dead_time, row.zero))
-        ends = "" if row.b0_low is None or row.b0_high is None else f"{row.b0_low:.0f} to {row.b0_high:.0f}"
-        table.add_row(row.axis, f"{row.gain:.1f}", *times, f"{row.b0:.0f}", ends)
+        table.add_row(row.axis, *(_number(row, *column) for column in COLUMNS))
     return table
+
+
+def _number(row: PlantRow, name: str, factor: float, digits: int) -> str:
+    """Return a number of a plant, with the half-width of its interval."""
+    text = f"{factor * getattr(row, name):.{digits}f}"
+    if name not in row.intervals:
+        return text
+    low, high = row.intervals[name]
+    return f"{text} +- {0.5 * factor * (high - low):.{digits}f}"
 
 
 def _of_schedule(document: AdrcDocument, gate: str, pack: float = 1.0) -> list[RingRow]:

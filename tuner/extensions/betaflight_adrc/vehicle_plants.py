@@ -1,7 +1,7 @@
 """The plants of a craft: from its log, from a table, or scaled by the b0 of its profile."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from plant.errors import InputError
@@ -21,12 +21,12 @@ class VehicleAxis:
     Attributes:
         plant: Plant at hover.
         source: "given", "log" or "b0".
-        b0: 95 % interval of its b0 [deg/s3], None without any.
+        intervals: 95 % intervals of its numbers out of a log, by name.
     """
 
     plant: AxisPlant
     source: str
-    b0: tuple[float, float] | None = None
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class VehiclePlants:
     def origin(self, plants: Path | None, log: Path | None) -> str:
         """Return the text that names the origin of the plants."""
         if log is not None:
-            ends = [(axis, entry.b0) for axis, entry in self.axes.items() if entry.b0 is not None]
+            ends = [(axis, entry.intervals["b0"]) for axis, entry in self.axes.items() if entry.intervals]
             shown = ", ".join(f"b0 of {axis} {low:.0f} to {high:.0f}" for axis, (low, high) in ends)
             return f"log {log.name}: {shown or 'no axis identified'}"
         return "plants scaled by b0" if plants is None else f"plants of {plants.name}"
@@ -94,8 +94,11 @@ def _by_b0(profile: Profile) -> dict[str, VehicleAxis]:
 def _of_log(profile: Profile, entry: IdentifiedAxis) -> VehicleAxis:
     """Return a plant for outputs of the PID sum: motors idle above 0, and thrust_linear multiplies."""
     factor = profile.linear * (1.0 - profile.idle)
-    low, high = entry.b0
-    return VehicleAxis(scaled(entry.plant, factor), BY_LOG, (factor * low, factor * high))
+    own = {
+        name: (factor * low, factor * high) if name in ("gain", "b0") else (low, high)
+        for name, (low, high) in entry.intervals.items()
+    }
+    return VehicleAxis(scaled(entry.plant, factor), BY_LOG, own)
 
 
 def _refusal(profile: Profile, axis: str, entry: IdentifiedAxis) -> str:

@@ -28,8 +28,9 @@ def test_a_chirp_shows_the_plant(chirped, axis):
     """Within three half-widths, so that a right interval fails one time in a million."""
     fit, plant = identify_axis(chirped, axis, SAMPLING), PLANTS[axis]
     assert fit.reason == "" and fit.excited > 30.0
-    pairs = ((fit.gain, plant.gain), (fit.lag, plant.lag), (fit.dead_time, plant.dead_time), (fit.b0, plant.b0))
-    for (low, high), truth in pairs:
+    assert ("zero" in fit.intervals) == (axis == "yaw")
+    for name, (low, high) in fit.intervals.items():
+        truth = getattr(plant, name)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         assert abs(truth - middle) < 3.0 * half and half < 0.2 * truth
     assert axis == "roll" or fit.plant.zero == pytest.approx(0.13, rel=0.15)
@@ -96,7 +97,7 @@ def test_intervals_of_chirped_logs_hold_the_truth():
         log = fly(TUNE, PLANTS, SAMPLING, np.column_stack([setpoint] * 3), np.random.default_rng(seed), 1 + seed % 2)
         for axis, plant in PLANTS.items():
             fit = identify_axis(log, axis, SAMPLING)
-            for name, truth in (("gain", plant.gain), ("lag", plant.lag), ("b0", plant.b0)):
-                low, high = getattr(fit, name)
-                held[name].append(low <= truth <= high)
+            for name, values in held.items():
+                low, high = fit.intervals[name]
+                values.append(low <= getattr(plant, name) <= high)
     assert all(sum(values) >= 19 for values in held.values()), {name: sum(values) for name, values in held.items()}

@@ -44,7 +44,8 @@ def test_a_ground_tune_lifts_where_its_margin_is_below_1(wc, wo, b0, lifts):
 @pytest.mark.parametrize(("axis", "gate"), [("yaw", IN_FLIGHT), ("pitch", equations.SHUT), ("yaw", equations.SHUT)])
 def test_loops_ring_in_time_beyond_their_margin(axis, gate):
     """Simulated rate loops with noise, gate open and shut: 8 % below the margin quiet, 8 % above it at the limit of the motors."""
-    tune = tune_of(**{f"wc_{axis}": 70, f"wo_{axis}": 110, f"b0_{axis}": 3000}, ground_wc=70, ground_dgain=0)
+    numbers = {f"wc_{axis}": 70, f"wo_{axis}": 110, f"b0_{axis}": 3000, "ground_wc": 70, "ground_dgain": 0}
+    tune = tune_of("b11", **numbers)
     plant, still = plants_of_b0(tune)[axis], np.zeros(16000)
     margin = margins(tune, axis, plant, SAMPLING, 1.0, gate.is_open > 0.5)
     swings = []
