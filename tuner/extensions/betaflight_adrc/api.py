@@ -11,7 +11,7 @@ from plant.input_files import InputFile, given_content
 from tuner.api.frames import Documented, frame
 from tuner.api.gains import read_gains
 from tuner.extensions.betaflight.presets import WHAT
-from tuner.extensions.betaflight_adrc.designing import design_front, designed_settings
+from tuner.extensions.betaflight_adrc.designing import DEFAULT_NOISE, design_front, designed_settings
 from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, DesignRow, PlantRow, RingRow
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
@@ -66,6 +66,7 @@ def adrc(
     settings: Mapping[str, float | str] | None = None,
     packs: Sequence[float] = (),
     design: float | None = None,
+    max_noise: float = DEFAULT_NOISE,
     front: str | Path | None = None,
     out: str | Path | None = None,
 ) -> AdrcForecast:
@@ -83,6 +84,7 @@ def adrc(
         settings: Other values of settings, such as {"adrc_wo_yaw": 80}.
         packs: Voltages of other packs over that of the plants, such as 0.85 for an empty one.
         design: Gain margin that wc and wo of each axis are to keep at every throttle and with every pack.
+        max_noise: Largest noise of a designed tune's output over that of the present tune.
         front: PNG or PDF to draw bandwidth against margin and noise in; it must not be there yet.
         out: File of command lines to write; it must not be there yet.
 
@@ -110,7 +112,7 @@ def adrc(
     read, voltages = changed(read, edits), checked_packs(packs)
     rows: list[DesignRow] = []
     if design is not None:
-        rows = design_front(read.tune, craft, read.sampling, growth, voltages, design)
+        rows = design_front(read.tune, craft, read.sampling, growth, voltages, design, max_noise)
         edits = edits | designed_settings(rows, design)
         read = changed(read, edits)
     document = forecast_document(str(file), read, craft, growth, voltages, rows)

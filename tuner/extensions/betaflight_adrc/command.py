@@ -46,6 +46,7 @@ def adrc(
     design: Annotated[
         float | None, typer.Option(help="Find wc and wo of each axis with this gain margin at every throttle and pack.")
     ] = None,
+    noise: Annotated[float, typer.Option(help="Largest noise of such a tune over the present one.")] = 1.0,
     front: Annotated[
         Path | None, typer.Option(help="New PNG or PDF: bandwidth against margin and noise of such tunes.")
     ] = None,
@@ -79,6 +80,7 @@ def adrc(
         settings=settings,
         packs=pack or (),
         design=design,
+        max_noise=noise,
         front=front,
         out=out,
     )

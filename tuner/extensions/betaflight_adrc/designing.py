@@ -1,7 +1,7 @@
-"""Tunes by margin: for a gain margin at every throttle, the wc and wo that reject slow disturbances best.
+"""Tunes by margin: for a gain margin at every throttle and a noise, the wc and wo that reject slow disturbances best.
 
-A larger wc at a fixed ratio wo/wc raises stiffness and bandwidth, and lowers the margins: the largest one that keeps them is
-found by bisection, and of several ratios the stiffest loop is taken. Margin, bandwidth and noise of these tunes are the front.
+A larger wc at a fixed ratio wo/wc raises stiffness, bandwidth and noise, and lowers the margins: bisection finds the largest one
+within the limits, and of several ratios the stiffest loop is taken. Margin, bandwidth and noise of these tunes are the front.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from tuner.extensions.betaflight_adrc.document import DesignRow
 from tuner.extensions.betaflight_adrc.linear_loop import Margins, Sampling, margins, scaled
 from tuner.extensions.betaflight_adrc.ringing import largest_gain, noise, stiffness
 from tuner.extensions.betaflight_adrc.settings import SETTINGS, Tune
-from tuner.extensions.betaflight_adrc.vehicle_plants import BY_B0, VehicleAxis, VehiclePlants
+from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants
 
 RATIOS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0)
 """Values of wo/wc, those of published tunes."""
@@ -20,11 +20,19 @@ MARGINS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 """Gain margins of the front."""
 MIN_PHASE = 0.5
 """Smallest phase margin of a tune [rad]."""
-MAX_MARGIN = 10.0
+MAX_MARGIN, MAX_NOISE = 10.0, 20.0
+DEFAULT_NOISE = 1.0
+"""Largest noise of a design over that of the present tune."""
 
 
 def design_front(
-    tune: Tune, craft: VehiclePlants, sampling: Sampling, growth: float, packs: Sequence[float], wanted: float
+    tune: Tune,
+    craft: VehiclePlants,
+    sampling: Sampling,
+    growth: float,
+    packs: Sequence[float],
+    wanted: float,
+    max_noise: float = DEFAULT_NOISE,
 ) -> list[DesignRow]:
     """Return the stiffest tune of each axis by gain margin; raises InputError for a margin that no tune keeps.
 
@@ -35,18 +43,23 @@ def design_front(
         growth: Exponent of the acceleration gain over the collective.
         packs: Voltages of the packs, over that of the plants.
         wanted: Gain margin whose tunes are wanted.
+        max_noise: Largest noise of the output over that of the tune.
     """
     if not 1.0 < wanted <= MAX_MARGIN:
         raise InputError(f"given {wanted:g}; give a gain margin above 1, at most {MAX_MARGIN:g}", key="--design")
+    if not 0.1 <= max_noise <= MAX_NOISE:
+        raise InputError(f"given {max_noise:g}; give a factor from 0.1 to {MAX_NOISE:g}", key="--noise")
     factor = largest_gain(tune, growth, packs)
-    rows = [row for axis, entry in craft.axes.items() for row in _front(tune, axis, entry, sampling, factor, wanted)]
+    rows = [
+        row
+        for axis, entry in craft.axes.items()
+        for row in _front(tune, axis, entry, sampling, factor, wanted, max_noise)
+    ]
     for axis in craft.axes:
-        if not any(row.wanted == wanted for row in rows if row.axis == axis):
-            largest = max((row.wanted for row in rows if row.axis == axis), default=1.0)
-            message = (
-                f"given {wanted:g}; {axis} reaches {largest:g} at most, with wo/wc from {RATIOS[0]:g} to {RATIOS[-1]:g}"
-            )
-            raise InputError(f"{message}: give that, or another b0 or filter by --gain", key="--design")
+        kept = [row.wanted for row in rows if row.axis == axis]
+        if wanted not in kept:
+            message = f"given {wanted:g}; {axis} keeps {max(kept, default=1.0):g} with wo/wc from {RATIOS[0]:g} to {RATIOS[-1]:g}"
+            raise InputError(f"{message}: give less, or another b0 or filter by --gain", key="--design")
     return rows
 
 
@@ -56,38 +69,30 @@ def designed_settings(rows: Sequence[DesignRow], wanted: float) -> dict[str, str
         f"adrc_{name}_{row.axis}": value
         for row in rows
         if row.wanted == wanted
-        for name, value in (("wc", row.wc), ("wo", row.wo), ("b0", row.b0))
+        for name, value in (("wc", row.wc), ("wo", row.wo))
     }
     return {name: SETTINGS[name].text(value) for name, value in values.items()}
 
 
-def _with_own_b0(tune: Tune, axis: str, entry: VehicleAxis) -> Tune:
-    """Return the tune with the b0 of a measured plant; the one of yaw says little, since its zero lies far below."""
-    name = f"adrc_b0_{axis}"
-    if axis == "yaw" or entry.source == BY_B0:
-        return tune
-    return tune.with_numbers({name: SETTINGS[name].nearest(entry.plant.b0)})
-
-
 def _front(
-    tune: Tune, axis: str, entry: VehicleAxis, sampling: Sampling, factor: float, wanted: float
+    tune: Tune, axis: str, entry: VehicleAxis, sampling: Sampling, factor: float, wanted: float, max_noise: float
 ) -> Iterator[DesignRow]:
     """Yield the stiffest tune for each gain margin."""
-    own, fastest = _with_own_b0(tune, axis, entry), scaled(entry.plant, factor)
+    fastest = scaled(entry.plant, factor)
     stiff, loud = stiffness(tune, axis, entry.plant, sampling, 1.0), noise(tune, axis, sampling, 1.0)
 
     @cache
-    def evaluate(wc: int, ratio: float) -> tuple[Tune, Margins]:
+    def evaluate(wc: int, ratio: float) -> tuple[Tune, Margins, float]:
         numbers = {f"adrc_wc_{axis}": float(wc), f"adrc_wo_{axis}": SETTINGS[f"adrc_wo_{axis}"].nearest(ratio * wc)}
-        tried = own.with_numbers(numbers)
-        return tried, margins(tried, axis, fastest, sampling)
+        tried = tune.with_numbers(numbers)
+        return tried, margins(tried, axis, fastest, sampling), noise(tried, axis, sampling, 1.0) / loud
 
     def keeps(wc: int, ratio: float, gain: float) -> bool:
-        found = evaluate(wc, ratio)[1]
-        return found.gain >= gain and not found.phase < MIN_PHASE
+        _, found, noisy = evaluate(wc, ratio)
+        return found.gain >= gain and not found.phase < MIN_PHASE and noisy <= max_noise
 
     for gain in sorted({*MARGINS, wanted}):
-        candidates: list[tuple[Tune, Margins]] = []
+        candidates: list[tuple[Tune, Margins, float]] = []
         for ratio in RATIOS:
             low, high = int(SETTINGS[f"adrc_wc_{axis}"].low), int(SETTINGS[f"adrc_wo_{axis}"].high / RATIOS[-1])
             if not keeps(low, ratio, gain):
@@ -97,17 +102,16 @@ def _front(
                 low, high = (middle, high) if keeps(middle, ratio, gain) else (low, middle)
             candidates.append(evaluate(low, ratio))
         if candidates:
-            best, found = max(candidates, key=lambda pair: stiffness(pair[0], axis, entry.plant, sampling, 1.0))
+            best, found, noisy = max(candidates, key=lambda each: stiffness(each[0], axis, entry.plant, sampling, 1.0))
             yield DesignRow(
                 axis=axis,
                 wanted=gain,
                 wc=best.of("wc", axis),
                 wo=best.of("wo", axis),
-                b0=best.of("b0", axis),
                 gain_margin=found.gain,
                 ring=found.ring,
                 phase_margin=found.phase,
                 bandwidth=margins(best, axis, entry.plant, sampling).crossover,
                 stiffness=stiffness(best, axis, entry.plant, sampling, 1.0) / stiff,
-                noise=noise(best, axis, sampling, 1.0) / loud,
+                noise=noisy,
             )

@@ -80,7 +80,6 @@ class DesignRow(DocumentPart):
     wanted: float
     wc: float
     wo: float
-    b0: float
     gain_margin: float
     ring: float
     phase_margin: float

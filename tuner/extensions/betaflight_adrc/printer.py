@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
 from tuner.extensions.betaflight_adrc.document import AdrcDocument, PlantRow, RingRow
+from tuner.extensions.betaflight_adrc.ringing import worst_ring
 
 if TYPE_CHECKING:
     from tuner.extensions.betaflight_adrc.api import AdrcForecast
@@ -87,7 +88,7 @@ def _packs(document: AdrcDocument) -> TerminalTable:
     table = TerminalTable("Smallest gain margin by voltage of the pack", keys=1)
     table.columns_of("pack", "axis", "throttle", "gain margin", "rings at [Hz]")
     for pack in dict.fromkeys(row.pack for row in document.rings):
-        worst = min(_of_schedule(document, "open", pack), key=lambda row: row.gain_margin or inf)
+        worst = worst_ring(_of_schedule(document, "open", pack), document.schedule)
         table.add_row(
             f"x {pack:g}", worst.axis, f"{100.0 * worst.throttle:.0f} %", _factor(worst), f"{worst.ring or 0.0:.0f}"
         )

@@ -10,7 +10,7 @@ from tuner.extensions.betaflight_adrc.designing import MIN_PHASE, design_front, 
 from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, Sampling
 from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, plants_of_b0, rings, worst_ring
 from tuner.extensions.betaflight_adrc.settings import AXES, default_tune
-from tuner.extensions.betaflight_adrc.vehicle_plants import BY_B0, BY_LOG, VehicleAxis, VehiclePlants
+from tuner.extensions.betaflight_adrc.vehicle_plants import BY_B0, VehicleAxis, VehiclePlants
 
 SAMPLING = Sampling(312e-6, 312e-6, ())
 TUNE = default_tune().with_numbers({"adrc_b0_roll": 6560.0, "adrc_b0_pitch": 3936.0, "adrc_b0_yaw": 2624.0})
@@ -18,16 +18,16 @@ PACKS = (1.0, 1.2)
 WANTED = 2.0
 
 
-def craft_of(source=BY_B0, factor=1.0):
+def craft_of(factor=1.0):
     plants = plants_of_b0(TUNE).items()
     return VehiclePlants(
-        {axis: VehicleAxis(AxisPlant(factor * p.gain, p.lag, p.dead_time, p.zero), source) for axis, p in plants}
+        {axis: VehicleAxis(AxisPlant(factor * p.gain, p.lag, p.dead_time, p.zero), BY_B0) for axis, p in plants}
     )
 
 
 @pytest.fixture(scope="module")
 def front():
-    return design_front(TUNE, craft_of(), SAMPLING, DEFAULT_GROWTH, PACKS, WANTED)
+    return design_front(TUNE, craft_of(), SAMPLING, DEFAULT_GROWTH, PACKS, WANTED, max_noise=10.0)
 
 
 def margins_of(changes, axis):
@@ -56,15 +56,16 @@ def test_margin_costs_bandwidth_and_noise_goes_with_it(front, axis):
         assert values == sorted(values, reverse=True)
 
 
-def test_a_measured_plant_gives_its_b0_to_roll_and_pitch():
-    rows = design_front(TUNE, craft_of(BY_LOG), SAMPLING, DEFAULT_GROWTH, (1.0,), WANTED)
-    settings = designed_settings(rows, WANTED)
-    # 135.2/0.0211 of the published chirp, scaled by 6560/6560.
-    assert settings["adrc_b0_roll"] == "6408" and settings["adrc_b0_yaw"] == "2624"
+def test_a_design_is_no_noisier_than_the_present_tune():
+    """The present tune has a margin of 2.7 at hover: with half of it the noise is the limit, and b0 stays."""
+    rows = design_front(TUNE, craft_of(), SAMPLING, DEFAULT_GROWTH, (1.0,), 1.3)
+    quiet = next(row for row in rows if (row.axis, row.wanted) == ("roll", 1.3))
+    assert 0.9 < quiet.noise <= 1.0 and quiet.stiffness > 0.9
+    assert set(designed_settings(rows, 1.3)) == {f"adrc_{name}_{axis}" for name in ("wc", "wo") for axis in AXES}
 
 
 @pytest.mark.parametrize(
-    ("wanted", "factor", "said"), [(1.0, 1.0, "give a gain margin above 1"), (3.0, 60.0, "reaches")]
+    ("wanted", "factor", "said"), [(1.0, 1.0, "give a gain margin above 1"), (3.0, 60.0, "roll keeps 1 with")]
 )
 def test_margins_that_no_tune_keeps(wanted, factor, said):
     with pytest.raises(InputError, match=re.escape(said)):
