@@ -10,7 +10,6 @@ from tuner.extensions.betaflight_adrc.document import DesignRow
 from tuner.report.charts.chart import Line, Panel, Points, span_of, value_axis
 from tuner.report.charts.look import looks
 from tuner.report.charts.paper import figure_of, printed, style
-from tuner.store.document import taken
 from tuner.store.folder import put
 
 HEIGHT = 2.4
@@ -46,6 +45,6 @@ def write_front(path: Path, rows: Sequence[DesignRow], wanted: float) -> None:
     if path.suffix not in (".png", ".pdf"):
         raise InputError("give a name that ends in .png or .pdf", key="--front")
     if path.exists():
-        raise taken(path)
+        raise InputError(f"{path} exists already and was not touched; give another name", key="--front")
     with style():
         put(path.parent, path.name, printed(figure_of(front_panels(rows, wanted), 2, HEIGHT))[path.suffix])

@@ -8,8 +8,9 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError
 
-from plant.errors import InputError, shortened
-from plant.input_files import ReadableFile
+from plant.errors import InputError, check_name, shortened
+from plant.input_files import ReadableFile, given_text
+from plant.texts import check_texts, toml_table
 from tuner.extensions.betaflight.commands import read_profile
 from tuner.extensions.betaflight.presets import command_lines
 from tuner.extensions.betaflight.text import parse_integer, read_selected
@@ -28,7 +29,6 @@ from tuner.extensions.betaflight_adrc.settings import (
     recognize_build,
 )
 from tuner.study.messages import translated
-from tuner.study.reading import parse_toml
 from tuner.text.strict_table import StrictTable
 
 THRUST_LINEAR = ((0, 1.0), (10, 1.03), (25, 1.09), (60, 1.36), (80, 1.63), (90, 1.81), (95, 1.91), (100, 2.02))
@@ -182,8 +182,10 @@ def read_plants(path: Path, sampling: Sampling) -> dict[str, AxisPlant]:
 
     A table per axis has gain [deg/s2 per unit], lag [s], delay [s], and zero [s] for yaw.
     """
+    table = toml_table(given_text(path, "give a table of plants by axis (.toml), or a file of command lines"), path)
+    check_texts(table, file=path)
     try:
-        craft = CraftTable.model_validate(parse_toml(path))
+        craft = CraftTable.model_validate(table)
     except ValidationError as error:
         raise translated(error, path, CraftTable) from None
     tables = {axis: table for axis in AXES if (table := getattr(craft, axis)) is not None}
@@ -198,5 +200,7 @@ def read_plants(path: Path, sampling: Sampling) -> dict[str, AxisPlant]:
 def changed(profile: Profile, changes: Mapping[str, str]) -> Profile:
     """Return the profile with other settings; raises InputError naming one that is refused."""
     tune, file = profile.tune, Path("--gain")
+    for name in changes:
+        check_name("setting", name, SETTINGS, key="--gain")
     numbers = {name: read_setting(name, text, tune.build, file) for name, text in changes.items()}
     return replace(profile, tune=replace(tune, numbers={**tune.numbers, **numbers}))

@@ -170,8 +170,7 @@ def read_setting(name: str, text: str, build: Build, file: ReadableFile) -> floa
 def check_setting(name: str, value: float, build: Build) -> None:
     """Raise InputError for a number outside its range or its build."""
     if not build.has(name):
-        message = f"build {build.name} has no such setting; name the build by --build, or give one of"
-        raise InputError(f"{message} {', '.join(filter(build.has, SETTINGS))}", key=shortened(name))
+        raise InputError(f"build {build.name} has no such setting; name the build by --build", key=shortened(name))
     setting = SETTINGS[name]
     if not (setting.low <= value <= setting.high and value == round(value)):
         raise InputError(
