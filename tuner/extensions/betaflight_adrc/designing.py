@@ -55,10 +55,11 @@ def design_front(
         for axis, entry in craft.axes.items()
         for row in _front(tune, axis, entry, sampling, factor, wanted, max_noise)
     ]
+    ratios = f"with wo/wc from {RATIOS[0]:g} to {RATIOS[-1]:g}"
     for axis in craft.axes:
-        kept = [row.wanted for row in rows if row.axis == axis]
-        if wanted not in kept:
-            message = f"given {wanted:g}; {axis} keeps {max(kept, default=1.0):g} with wo/wc from {RATIOS[0]:g} to {RATIOS[-1]:g}"
+        satisfied = [row.wanted for row in rows if row.axis == axis]
+        if wanted not in satisfied:
+            message = f"given {wanted:g}; {axis} keeps {max(satisfied, default=1.0):g} {ratios}"
             raise InputError(f"{message}: give less, or another b0 or filter by --gain", key="--design")
     return rows
 
@@ -88,8 +89,8 @@ def _front(
         return tried, margins(tried, axis, fastest, sampling), noise(tried, axis, sampling, 1.0) / loud
 
     def keeps(wc: int, ratio: float, gain: float) -> bool:
-        _, found, noisy = evaluate(wc, ratio)
-        return found.gain >= gain and not found.phase < MIN_PHASE and noisy <= max_noise
+        _, reached, noisy = evaluate(wc, ratio)
+        return reached.gain >= gain and not reached.phase < MIN_PHASE and noisy <= max_noise
 
     for gain in sorted({*MARGINS, wanted}):
         candidates: list[tuple[Tune, Margins, float]] = []
@@ -102,15 +103,17 @@ def _front(
                 low, high = (middle, high) if keeps(middle, ratio, gain) else (low, middle)
             candidates.append(evaluate(low, ratio))
         if candidates:
-            best, found, noisy = max(candidates, key=lambda each: stiffness(each[0], axis, entry.plant, sampling, 1.0))
+            best, reached, noisy = max(
+                candidates, key=lambda each: stiffness(each[0], axis, entry.plant, sampling, 1.0)
+            )
             yield DesignRow(
                 axis=axis,
                 wanted=gain,
                 wc=best.of("wc", axis),
                 wo=best.of("wo", axis),
-                gain_margin=found.gain,
-                ring=found.ring,
-                phase_margin=found.phase,
+                gain_margin=reached.gain,
+                ring=reached.ring,
+                phase_margin=reached.phase,
                 bandwidth=margins(best, axis, entry.plant, sampling).crossover,
                 stiffness=stiffness(best, axis, entry.plant, sampling, 1.0) / stiff,
                 noise=noisy,

@@ -66,7 +66,7 @@ class ChangeRow(DocumentPart):
 
 
 class DesignRow(DocumentPart):
-    """The stiffest tune of an axis with a gain margin at every throttle.
+    """The stiffest tune of an axis with a gain margin.
 
     Attributes:
         wanted: Gain margin that the tune keeps.

@@ -175,7 +175,7 @@ def margins(
 
 
 def _zeros(values: Array, level: Array | float, places: NDArray[np.intp], *others: Array) -> list[list[float]]:
-    """Return other series where one meets a level behind places (n,) of a grid, by straight lines."""
+    """Return other series where one meets a level, behind places (n,)."""
     low, high = values[places], values[places + 1]
     share = (level - low) / (high - low)
     return np.column_stack(

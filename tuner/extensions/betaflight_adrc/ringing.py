@@ -59,7 +59,7 @@ def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -
 
 
 def authority_at(tune: Tune, throttle: float, growth: float, pack: float = 1.0) -> float:
-    """Return the acceleration gain of the rotors over that at hover with the usual pack.
+    """Return the acceleration gain of the rotors over that at hover.
 
     A rotor turns at a speed in proportion to voltage and command, so both count in the growth, and the voltage once more.
     """
@@ -67,7 +67,7 @@ def authority_at(tune: Tune, throttle: float, growth: float, pack: float = 1.0) 
 
 
 def largest_gain(tune: Tune, growth: float, packs: Sequence[float]) -> float:
-    """Return the largest loop gain in flight over that at hover with the usual pack."""
+    """Return the largest loop gain in flight over that at hover."""
     conditions = [(pack, throttle) for pack in packs for throttle in throttles(tune, pack)]
     return max(
         authority_at(tune, throttle, growth, pack) / scale_at(tune, tune.schedule, throttle)
@@ -106,8 +106,8 @@ def rings(
             is_open = gate == "open"
             # On the ground airmode raises the applied collective to that of hover and beyond.
             plant = scaled(plants[axis], authority_at(tune, throttle, growth, pack) if is_open else pack)
-            found = margins(tune, axis, plant, sampling, scale_at(tune, schedule, throttle, is_open), is_open)
-            gain, ring, phase = (value if isfinite(value) else None for value in found[:3])
+            margin = margins(tune, axis, plant, sampling, scale_at(tune, schedule, throttle, is_open), is_open)
+            gain, ring, phase = (value if isfinite(value) else None for value in margin[:3])
             yield RingRow(
                 axis=axis,
                 schedule=schedule,
@@ -143,13 +143,13 @@ def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: RingRow, gro
     rows = []
     for settings in _proposals(tune, axis, plant):
         changed = tune.with_numbers(settings)
-        found = margins(changed, axis, plant, sampling, scale)
-        if found.gain > (ring.gain_margin or inf):
+        margin = margins(changed, axis, plant, sampling, scale)
+        if margin.gain > (ring.gain_margin or inf):
             rows.append(
                 ChangeRow(
                     settings=settings,
-                    gain_margin=found.gain,
-                    ring=found.ring,
+                    gain_margin=margin.gain,
+                    ring=margin.ring,
                     stiffness=stiffness(changed, axis, plant, sampling, scale) / stiff,
                     noise=noise(changed, axis, sampling, scale) / loud,
                 )

@@ -94,11 +94,11 @@ def _by_b0(profile: Profile) -> dict[str, VehicleAxis]:
 def _of_log(profile: Profile, entry: IdentifiedAxis) -> VehicleAxis:
     """Return a plant for outputs of the PID sum: motors idle above 0, and thrust_linear multiplies."""
     factor = profile.linear * (1.0 - profile.idle)
-    own = {
+    intervals = {
         name: (factor * low, factor * high) if name in ("gain", "b0") else (low, high)
         for name, (low, high) in entry.intervals.items()
     }
-    return VehicleAxis(scaled(entry.plant, factor), BY_LOG, own)
+    return VehicleAxis(scaled(entry.plant, factor), BY_LOG, intervals)
 
 
 def _refusal(profile: Profile, axis: str, entry: IdentifiedAxis) -> str:
