@@ -61,7 +61,7 @@ class AxisConstants(NamedTuple):
         ground_leak: Leak of z3 on the ground [1/s].
         inverse_tau: Pole of the motors [1/s], 0 for none.
         limit: Limit of the output.
-        damping: Damping ratio of the feedback.
+        damping: Gain of z2 over wc, twice the damping ratio.
     """
 
     wc: float
@@ -74,7 +74,7 @@ class AxisConstants(NamedTuple):
     ground_leak: float
     inverse_tau: float
     limit: float
-    damping: float = 1.0
+    damping: float = 2.0
 
 
 class AxisMemory(NamedTuple):
@@ -270,7 +270,7 @@ def observe(
 
 def damping_gain(wc: float, constants: AxisConstants) -> float:
     """Return the gain of z2 [1/s]: 2 zeta wc, less the pole of the motors but at least half of wc."""
-    full, pole = 2.0 * constants.damping * wc, constants.inverse_tau
+    full, pole = constants.damping * wc, constants.inverse_tau
     return select(pole > 0.0, maximum(full - pole, 0.5 * wc), full)
 
 

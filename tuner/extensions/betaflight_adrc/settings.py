@@ -231,7 +231,7 @@ class Tune:
             max(0.1 * numbers["adrc_gated_z3_decay"], leak, MIN_GROUND_LEAK),
             1.0 / lag if lag > 0.0 else 0.0,
             self.limit(axis),
-            0.01 * self.of("zeta", axis),
+            0.02 * self.of("zeta", axis),
         )
 
     def gate(self, period: float) -> GateConstants:
