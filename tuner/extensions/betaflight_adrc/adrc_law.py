@@ -21,6 +21,7 @@ from tuner.extensions.autopilots.law_parts import bounded, gain_rows
 from tuner.extensions.betaflight import betaflight_law
 from tuner.extensions.betaflight.betaflight_law import DEGREES, on_airframe
 from tuner.extensions.betaflight_adrc.equations import (
+    CRITICAL_DAMPING,
     MAX_STEP,
     AxisConstants,
     AxisMemory,
@@ -91,7 +92,17 @@ def prepare(gains: Gains, h: float) -> Constants:
     raw = schedule_scale(gains.schedule, 100.0 * gains.throttle / maximum(gains.hover, 5.0))
     leak = 0.1 * gains.sigma
     axis = AxisConstants(
-        gains.wc, gains.wc, wo, gains.b0, gyro_share(gains.lpf, h), 0.0, leak, leak, inverse_tau, gains.limit
+        gains.wc,
+        gains.wc,
+        wo,
+        gains.b0,
+        gyro_share(gains.lpf, h),
+        0.0,
+        leak,
+        leak,
+        inverse_tau,
+        gains.limit,
+        CRITICAL_DAMPING,
     )
     return Constants(
         0.1 * gains.angle_p,

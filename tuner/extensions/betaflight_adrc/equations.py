@@ -31,6 +31,8 @@ MAX_RATE = 8000.0
 """Limit of |z1| [deg/s]."""
 MAX_ACCELERATION = 1e5
 """Limit of |z2| [deg/s2]."""
+CRITICAL_DAMPING = 2.0
+"""Gain of z2 over wc at a damping ratio of 1."""
 MAX_STEP = 0.5
 """Limit of wo T."""
 MIN_HOVER = 0.05
@@ -74,7 +76,7 @@ class AxisConstants(NamedTuple):
     ground_leak: float
     inverse_tau: float
     limit: float
-    damping: float = 2.0
+    damping: float
 
 
 class AxisMemory(NamedTuple):

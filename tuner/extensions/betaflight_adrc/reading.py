@@ -46,7 +46,7 @@ MAX_IDLE = 0.2
 """Largest share of the motor range that is read."""
 
 
-class PlantTable(StrictTable):
+class CraftAxisTable(StrictTable):
     """Plant of an axis; delay: that of a frequency response."""
 
     gain: Annotated[float, Field(ge=0.01, le=1e5)]
@@ -62,11 +62,11 @@ class PlantTable(StrictTable):
 class CraftTable(StrictTable):
     """Plants of a craft by axis."""
 
-    roll: PlantTable | None = None
+    roll: CraftAxisTable | None = None
     """Plant of roll."""
-    pitch: PlantTable | None = None
+    pitch: CraftAxisTable | None = None
     """Plant of pitch."""
-    yaw: PlantTable | None = None
+    yaw: CraftAxisTable | None = None
     """Plant of yaw."""
 
 

@@ -14,6 +14,7 @@ from plant.laws.filters import stage_share
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.extensions.betaflight.text import parse_integer
 from tuner.extensions.betaflight_adrc.equations import (
+    CRITICAL_DAMPING,
     MIN_GROUND_LEAK,
     SCHEDULES,
     THROTTLE_CUTOFF,
@@ -231,7 +232,7 @@ class Tune:
             max(0.1 * numbers["adrc_gated_z3_decay"], leak, MIN_GROUND_LEAK),
             1.0 / lag if lag > 0.0 else 0.0,
             self.limit(axis),
-            0.02 * self.of("zeta", axis),
+            0.01 * CRITICAL_DAMPING * self.of("zeta", axis),
         )
 
     def gate(self, period: float) -> GateConstants:
