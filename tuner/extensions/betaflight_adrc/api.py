@@ -205,7 +205,7 @@ def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
         dead_time=plant.dead_time,
         zero=plant.zero,
         b0=plant.b0,
-        intervals=dict(entry.intervals),
+        intervals={name: [low, high] for name, (low, high) in entry.intervals.items()},
         source=entry.source,
     )
 

@@ -12,7 +12,7 @@ class PlantRow(DocumentPart):
         gain: Acceleration per unit of output [deg/s2].
         lag, dead_time, zero: Time constants [s].
         b0: Gain from output to rate'' [deg/s3].
-        intervals: 95 % intervals out of a log, by the names above; empty without one.
+        intervals: Ends of 95 % intervals out of a log, by the names above; empty without one.
         source: Origin: "given", "log", or "b0" for one scaled by b0.
     """
 
@@ -22,7 +22,7 @@ class PlantRow(DocumentPart):
     dead_time: float
     zero: float
     b0: float
-    intervals: dict[str, tuple[float, float]]
+    intervals: dict[str, list[float]]
     source: str
 
 
@@ -42,7 +42,7 @@ class RingRow(DocumentPart):
     schedule: str
     throttle: float
     gate: str
-    pack: float = 1.0
+    pack: float
     gain_margin: float | None
     ring: float | None
     phase_margin: float | None
@@ -114,6 +114,6 @@ class AdrcDocument(Document):
     rings: list[RingRow]
     worst: int
     changes: list[ChangeRow]
-    design: list[DesignRow] = []
+    design: list[DesignRow]
     sentence: str
     notes: list[str]
