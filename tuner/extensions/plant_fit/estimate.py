@@ -335,20 +335,24 @@ def starts_of(structure: Structure, problem: Problem, earlier: Solution | None) 
     return [np.concatenate([shape[-2:], [-each, damping]]) for each in slow for damping in dampings[:2]]
 
 
-def covariance_of(solution: Solution, slopes: list[Array], n_outliers: int) -> tuple[Array, float]:
+def jacobian_of(solution: Solution, slopes: list[Array]) -> Array:
+    """Return the slopes of all prediction errors (samples, k) to plant, offsets and noise model, but for their sign."""
+    noise = solution.noise
+    pairs = zip(slopes, solution.residuals, strict=True)
+    return np.vstack([np.column_stack([whiten(slope, noise), _past(left, len(noise))]) for slope, left in pairs])
+
+
+def covariance_of(solution: Solution, jacobian: Array, n_outliers: int) -> tuple[Array, float]:
     """Return the covariance of all parameters, and the prediction error variance.
 
-    The order is plant, offsets, noise model. The prediction errors are white, so it is their variance over the information matrix
-    of all parameters together: in a closed loop those of plant and noise are correlated.
+    The prediction errors are white, so it is their variance over the information matrix of all parameters together: in a closed
+    loop those of plant and noise are correlated.
 
     Args:
         solution: Fit to all of the record.
-        slopes: Slopes of the fit.
+        jacobian: Slopes of its prediction errors.
         n_outliers: Number of samples that are left out.
     """
-    noise = solution.noise
-    pairs = zip(slopes, solution.residuals, strict=True)
-    jacobian = np.vstack([np.column_stack([whiten(slope, noise), _past(left, len(noise))]) for slope, left in pairs])
     degrees = max(len(solution.errors) - n_outliers - jacobian.shape[1], 1)
     variance = solution.cost / degrees
     size = np.linalg.norm(jacobian, axis=0)

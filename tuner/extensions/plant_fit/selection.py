@@ -4,6 +4,7 @@ The parts are blocks all over the record, so that a single step is in most of th
 one of its own would explain what a poor plant leaves over.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -22,7 +23,7 @@ from tuner.extensions.plant_fit.estimate import (
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
-from tuner.extensions.plant_fit.structures import FIRST, Structure
+from tuner.extensions.plant_fit.structures import FIRST, Structure, extended
 
 Array = np.ndarray
 N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 3
@@ -32,6 +33,8 @@ SAMPLES_EACH = 8
 """Fewest samples for each parameter."""
 HOPELESS_RATIO = 4.0
 """Sum of squared residuals over the best's from which a structure is not refined."""
+FAST_POLE = 0.2
+"""Time constant of a pole that is added to a simpler fit, in samples."""
 REFIT_EVALUATIONS = 10
 """Steps of a refinement."""
 MAX_LOSS = 0.05
@@ -123,8 +126,27 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
         coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
         projection = Projection(problem, structure)
         start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
-        fits[structure.name] = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
+        found = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
+        fits[structure.name] = min((found, *_better(projection, found, fits)), key=lambda each: each.cost)
     return fits
+
+
+def _better(projection: Projection, found: Solution, fits: dict[str, Solution]) -> Iterator[Solution]:
+    """Yield a fit from the best simpler one, if that is the better of both.
+
+    A thinned record may hide a fast pole, and a search from there ends in another minimum.
+    """
+    fast = FAST_POLE * projection.problem.period
+    simpler = [
+        (each, shapes)
+        for each in fits.values()
+        if each.cost < found.cost
+        and (shapes := extended(each.shape, each.structure, found.structure, fast)) is not None
+    ]
+    if simpler:
+        best, shapes = min(simpler, key=lambda pair: pair[0].cost)
+        start = projection.solve(shapes, best.dead_times, best.noise)
+        yield Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
 
 
 def _earlier(structure: Structure, fits: dict[str, Solution]) -> Solution | None:
