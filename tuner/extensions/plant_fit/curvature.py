@@ -23,15 +23,13 @@ STEP = 0.02
 """Step of second differences of a shape parameter, which is a logarithm."""
 DEAD_TIME_STEP = 0.15
 """The same of a dead time, in samples."""
-NUMBER_STEP = 1e-3
+NUMBER_STEP = 1e-2
 """Step of second differences of a number of the plant, in standard deviations."""
-MAX_FACTOR = 1.5
-"""Largest correction: a larger one is beyond what two terms of a series can tell."""
 
 
 @dataclass(frozen=True)
 class Curvature:
-    """Second derivatives of the whitened responses in coordinates in which slopes are orthonormal.
+    """Second derivatives of whitened responses, for orthonormal slopes.
 
     Attributes:
         scale: Slopes of the parameters to the coordinates (k, k).
@@ -60,8 +58,10 @@ class Curvature:
         turned = np.einsum("ia,ijn,jb->abn", scale, parts, scale)
         return cls(scale, turned[..., k:], turned[..., :k], variance)
 
-    def factor(self, slope: Array, bend: Array) -> float:
-        """Return the mean of the squares that the true value of a number loses; 1 for straight responses.
+    def mean_loss(self, slope: Array, bend: Array) -> float:
+        """Return the mean loss of a true value over the variance.
+
+        It is 1 for straight responses.
 
         Args:
             slope: Derivatives of the number (n,) to the first n parameters.
@@ -78,8 +78,7 @@ class Curvature:
         leaving = self.tangent @ direction - self.scale[:n].T @ bend @ self.scale[:n] / length
         surface = np.concatenate([self.normal, leaving[..., None]], axis=2)
         inner = np.einsum("ai,ijn,bj->abn", others, surface, others)
-        mean = 1.0 + self.variance * (_excess(self.normal) - _excess(inner))
-        return float(np.clip(mean, 1.0, MAX_FACTOR))
+        return 1.0 + self.variance * (_excess(self.normal) - _excess(inner))
 
 
 def _excess(bends: Array) -> float:
@@ -108,22 +107,22 @@ def second_derivatives(projection: Projection, solution: Solution) -> tuple[list
         parts = projection.matrices(at[: m * n].reshape(m, n), dead_times)
         return np.vstack([whiten(part, solution.noise) for part in parts])
 
-    here = columns()
+    center = columns()
     ends = [(columns((i, 1.0)), columns((i, -1.0))) for i in range(len(middle))]
     pairs: list[tuple[int, int]] = []
     bends: list[Array] = []
     for j in range(m):
-        own = [*range(j * n, (j + 1) * n), *([m * n + j] if late else [])]
-        for place, i in enumerate(own):
+        indices = [*range(j * n, (j + 1) * n), *([m * n + j] if late else [])]
+        for place, i in enumerate(indices):
             ahead, behind = ends[i]
             pairs.append((i, i))
-            bends.append((ahead + behind - 2.0 * here) @ solution.linear / steps[i] ** 2)
+            bends.append((ahead + behind - 2.0 * center) @ solution.linear / steps[i] ** 2)
             for k in range(j * count, (j + 1) * count):
                 pairs.append((i, len(middle) + k))
                 bends.append((ahead[:, k] - behind[:, k]) / (2.0 * steps[i]))
-            for other in own[:place]:
+            for other in indices[:place]:
                 both = columns((i, 1.0), (other, 1.0)) + columns((i, -1.0), (other, -1.0))
-                mixed = both + 2.0 * here - sum(ends[i]) - sum(ends[other])
+                mixed = both + 2.0 * center - sum(ends[i]) - sum(ends[other])
                 pairs.append((i, other))
                 bends.append(mixed @ solution.linear / (2.0 * steps[i] * steps[other]))
     return pairs, np.column_stack(bends)
@@ -133,15 +132,17 @@ def bends_of(function: Callable[[Array], float], middle: Array, deviations: Arra
     """Return first and second derivatives of a number to its parameters."""
     steps = NUMBER_STEP * np.maximum(deviations, 1e-9)
     units = np.diag(steps)
-    here = function(middle)
+    center = function(middle)
     ends = np.array([[function(middle + unit), function(middle - unit)] for unit in units])
     slope = (ends[:, 0] - ends[:, 1]) / (2.0 * steps)
     # Numbers depend on few parameters, and most on one alone.
-    moving = np.flatnonzero(slope)
+    moving = np.flatnonzero(np.any(ends != center, axis=1))
     bend = np.zeros((len(middle), len(middle)))
     for i in moving:
-        bend[i, i] = (ends[i].sum() - 2.0 * here) / steps[i] ** 2
+        bend[i, i] = (ends[i].sum() - 2.0 * center) / steps[i] ** 2
         for j in moving[moving < i]:
             both = function(middle + units[i] + units[j]) + function(middle - units[i] - units[j])
-            bend[i, j] = bend[j, i] = (both + 2.0 * here - ends[i].sum() - ends[j].sum()) / (2.0 * steps[i] * steps[j])
+            bend[i, j] = bend[j, i] = (both + 2.0 * center - ends[i].sum() - ends[j].sum()) / (
+                2.0 * steps[i] * steps[j]
+            )
     return slope, bend

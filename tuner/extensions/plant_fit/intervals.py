@@ -8,9 +8,10 @@ import numpy as np
 from scipy.stats import norm, t
 
 from tuner.extensions.plant_fit.curvature import Curvature, bends_of
-from tuner.extensions.plant_fit.estimate import Search, Solution, covariance_of, jacobian_of, slopes_of
+from tuner.extensions.plant_fit.estimate import Search, Solution
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.selection import Chosen
+from tuner.extensions.plant_fit.slopes import covariance_of, jacobian_of, slopes_of
 
 Array = np.ndarray
 LEVEL = 0.975
@@ -26,6 +27,8 @@ MIN_DEVIATION = 1e-7
 """Relative standard deviation below which a record counts as free of noise."""
 PULL_WEIGHT, MAX_TRIALS, TRIAL_EVALUATIONS, MAX_OVERSHOOT = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
+MAX_CORRECTION = 1.5
+"""Largest mean loss that intervals are corrected by: more is beyond two terms of a series."""
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
 
@@ -160,10 +163,11 @@ class FittedPlant:
         """Second derivatives of the responses at the fit."""
         return Curvature.of(self.chosen.projection, self.solution, self.jacobian, self.variance)
 
-    def bartlett_factor(self, function: Callable[[Array], float]) -> float:
-        """Return the mean of the squares that the true value of a function loses, over that of straight responses."""
+    def correction(self, function: Callable[[Array], float]) -> float:
+        """Return Bartlett's correction of the loss that a function's interval allows."""
         deviations = np.sqrt(np.diag(self.covariance)[: self.n_plant])
-        return self.curvature.factor(*bends_of(function, self.parameters, deviations))
+        mean = self.curvature.mean_loss(*bends_of(function, self.parameters, deviations))
+        return float(np.sqrt(np.clip(mean, 1.0, MAX_CORRECTION)))
 
     def numbers(self, j: int, units: tuple[str, str] = ("1", "1")) -> list[Number]:
         """Return gain, shape, zeros and dead time of an input; units: of input and output."""
@@ -250,7 +254,7 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
     if spread.of_plant <= MIN_DEVIATION * max(abs(middle), plant.chosen.problem.period):
         return middle - shift, middle + shift
     # The noise model stays, so losses count by the deviation that they would have if it were known.
-    wanted = spread.quantile * spread.deviation / spread.of_plant * float(np.sqrt(plant.bartlett_factor(number)))
+    wanted = spread.quantile * spread.deviation / spread.of_plant * plant.correction(number)
     weight = PULL_WEIGHT * float(np.sqrt(plant.variance)) / spread.of_plant
     ends = []
     for sign in (-1.0, 1.0):

@@ -60,7 +60,7 @@ class Grid:
 
 
 def exponential(matrix: Array) -> Array:
-    """Return the exponential of a small square matrix, by Taylor's series of its part and squarings."""
+    """Return the exponential of a small square matrix."""
     # SciPy's routine solves with a threaded library: where other work takes the processors, that waits 25 ms for 4 rows.
     halvings = max(0, int(np.ceil(np.log2(max(float(np.abs(matrix).sum(axis=1).max()), 1e-300)))) + 1)
     part, term = matrix / 2.0**halvings, np.eye(len(matrix))

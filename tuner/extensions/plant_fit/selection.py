@@ -17,12 +17,12 @@ from tuner.extensions.plant_fit.estimate import (
     Search,
     Solution,
     share,
-    slopes_of,
     starts_of,
     usual_dead_times,
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
+from tuner.extensions.plant_fit.slopes import slopes_of
 from tuner.extensions.plant_fit.structures import FIRST, Structure, extended
 
 Array = np.ndarray
@@ -43,6 +43,8 @@ MIN_ADVANTAGE = 2.0
 """Standard errors by which a richer structure has to be better."""
 MIN_GAIN = 0.02
 """Share of the mean square by which it has to be better."""
+MAX_HELD_OUT_LOSS = 0.1
+"""Fit to held-out blocks by which a simpler structure may be below the best."""
 START_P = 12.0
 """Gain in the logarithm of the likelihood from which an initial state is estimated; 1 in 100,000 records at rest reaches it."""
 
@@ -126,13 +128,13 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
         coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
         projection = Projection(problem, structure)
         start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
-        found = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
-        fits[structure.name] = min((found, *_better(projection, found, fits)), key=lambda each: each.cost)
+        fit = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
+        fits[structure.name] = min((fit, *_better(projection, fit, fits)), key=lambda each: each.cost)
     return fits
 
 
-def _better(projection: Projection, found: Solution, fits: dict[str, Solution]) -> Iterator[Solution]:
-    """Yield a fit from the best simpler one, if that is the better of both.
+def _better(projection: Projection, fit: Solution, fits: dict[str, Solution]) -> Iterator[Solution]:
+    """Yield a fit from the best simpler one, if any is better.
 
     A thinned record may hide a fast pole, and a search from there ends in another minimum.
     """
@@ -140,12 +142,13 @@ def _better(projection: Projection, found: Solution, fits: dict[str, Solution]) 
     simpler = [
         (each, shapes)
         for each in fits.values()
-        if each.cost < found.cost
-        and (shapes := extended(each.shape, each.structure, found.structure, fast)) is not None
+        if each.cost < fit.cost and (shapes := extended(each.shape, each.structure, fit.structure, fast)) is not None
     ]
     if simpler:
         best, shapes = min(simpler, key=lambda pair: pair[0].cost)
-        start = projection.solve(shapes, best.dead_times, best.noise)
+        # A fast pole delays by its time constant.
+        further = fast * (fit.structure.order - best.structure.order)
+        start = projection.solve(shapes, np.maximum(best.dead_times - further, 0.0), best.noise)
         yield Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
 
 
@@ -247,5 +250,12 @@ def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array
 
 def _simplest(rivals: list[Rival]) -> Rival:
     """Return the simplest rival within standard errors of the best."""
-    able = [each for each in rivals if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)]
+    best = min(rivals, key=lambda each: each.score)
+    able = [
+        each
+        for each in rivals
+        if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)
+        # Errors that are all in a few blocks have a large standard error.
+        and each.held_out >= best.held_out - MAX_HELD_OUT_LOSS
+    ]
     return min(able, key=lambda each: (each.structure.n_free, each.score))

@@ -79,7 +79,9 @@ class Structure:
 
 
 def extended(shapes: Array, simpler: Structure, richer: Structure, fast: float) -> Array | None:
-    """Return shapes (inputs, n) of a richer structure with the poles of a simpler one; None if it lacks them.
+    """Return shapes of a richer structure with a simpler one's poles.
+
+    None: it lacks these poles.
 
     Args:
         shapes: Shapes (inputs, n) of the simpler structure.

@@ -82,7 +82,7 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
 
 
 def _margins(plants: Sequence[FittedPlant], period: float, n_spread: int) -> list[PlainTable]:
-    """Return limits on margins, for the plant and the ends of its spread.
+    """Return limits on margins at the ends of the spread.
 
     A dead time is a line of whole control periods that is the same in all flights, so no spread can move it: the limit on the
     delay margin makes loops tolerate its longest value.
