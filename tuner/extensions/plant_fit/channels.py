@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
 
 import numpy as np
 
 from plant.texts import PlainTable
 from tuner.extensions.plant_fit.intervals import FittedPlant
 
+Array = np.ndarray
 Gains = dict[str, float]
 LAWS: Mapping[str, tuple[str, str]] = {
     "pi": ("pid", "pid"), "pid": ("pid", "pid"), "adrc": ("adrc1", "ladrc"), "ladrc": ("ladrc", "ladrc"),
@@ -17,6 +20,8 @@ RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
 MAX_BANDWIDTH = 0.28
 """Largest bandwidth of an observer times the control period."""
+CLOSE = 1.6
+"""Ratio of a zero to a smaller lag below which they cancel."""
 LIMIT_STEPS = 20.0
 """Error, in steps of the reference, from which a flight has failed."""
 
@@ -43,8 +48,20 @@ class Loop:
 
     @property
     def gain(self) -> float:
-        """Gain of the plant."""
-        return float(self.plant.solution.numerators[self.j, 0])
+        """Gain of the plant, for its zeros in the left half-plane that of a plant without them."""
+        return self._reduced[0]
+
+    @cached_property
+    def _reduced(self) -> tuple[float, Array]:
+        """Gain, and denominator from the lowest power of s, without zeros in the left half-plane and integrators."""
+        solution = self.plant.solution
+        rising = solution.denominators[self.j][::-1][solution.structure.integrators :]
+        return cancel_zeros(solution.numerators[self.j], rising, self._late)
+
+    @property
+    def _late(self) -> float:
+        """Dead time [s], for the controller with half a sampling interval."""
+        return float(self.plant.solution.dead_times[self.j]) + 0.5 * self.plant.chosen.problem.period
 
     @property
     def times(self) -> tuple[float, float, float]:
@@ -52,18 +69,63 @@ class Loop:
 
         Further poles, zeros in the right half-plane and half a sampling interval count as dead time.
         """
-        solution = self.plant.solution
-        structure = solution.structure
-        rising = solution.denominators[self.j][::-1][structure.integrators :]
+        rising, late = self._reduced[1], self._late
         first = float(rising[1]) if len(rising) > 1 else 0.0
         second = float(rising[2]) if len(rising) > 2 else 0.0
-        late = float(solution.dead_times[self.j]) + 0.5 * self.plant.chosen.problem.period
-        for zero in np.roots(solution.numerators[self.j][::-1]):
+        for zero in np.roots(self.plant.solution.numerators[self.j][::-1]):
             if zero.real > 0.0:
                 late += 1.0 / float(abs(zero))
         if len(rising) > 3:
             late += float(rising[-1] / rising[-2])
         return first, second, late
+
+
+def cancel_zeros(numerator: Array, denominator: Array, late: float) -> tuple[float, Array]:
+    """Return gain and denominator of a plant without real zeros in the left half-plane.
+
+    A zero that a rule for gains does not see makes a plant faster than the rule takes it for, and the loop unstable. Each is
+    cancelled by a lag of about its size (rules T1 to T5 of Skogestad 2003).
+
+    Args:
+        numerator: Coefficients from the lowest power of s.
+        denominator: The same, without integrators.
+        late: Dead time [s].
+    """
+    gain, roots = float(numerator[0]), np.roots(denominator[::-1])
+    zeros = [-1.0 / float(each.real) for each in np.roots(numerator[::-1]) if each.real < 0.0 == each.imag]
+    lags = sorted(-1.0 / float(each.real) for each in roots if each.imag == 0.0)
+    if not zeros or not lags:
+        return gain, denominator
+    for zero in sorted(zeros, reverse=True)[: len(lags)]:
+        lag = _nearest(lags, zero)
+        lags.remove(lag)
+        share, rest = _ratio(zero, lag, late)
+        gain *= share
+        lags += [rest] if rest > 0.0 else []
+    rising = np.ones(1)
+    for each in lags:
+        rising = np.convolve(rising, [1.0, each])
+    for pole in roots[roots.imag > 0.0]:
+        rising = np.convolve(rising, [1.0, -2.0 * pole.real / abs(pole) ** 2, 1.0 / abs(pole) ** 2])
+    return gain, rising
+
+
+def _nearest(lags: list[float], zero: float) -> float:
+    """Return the lag that a zero is cancelled by: the next larger one, unless a smaller one is close."""
+    larger = min((each for each in lags if each >= zero), default=np.inf)
+    smaller = max((each for each in lags if each < zero), default=0.0)
+    is_close = smaller > 0.0 and zero / smaller < min(larger / zero, CLOSE)
+    return smaller if is_close or np.isinf(larger) else larger
+
+
+def _ratio(zero: float, lag: float, late: float) -> tuple[float, float]:
+    """Return gain and lag for (zero s + 1) / (lag s + 1) behind a dead time."""
+    if zero >= lag:
+        return max(zero, late) / max(lag, late), 0.0
+    if zero >= 5.0 * late:
+        return zero / lag, 0.0
+    short = min(lag, 5.0 * late)
+    return short / lag, max(short - zero, 0.0)
 
 
 def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list[PlainTable], PlainTable]:
@@ -88,6 +150,12 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
             gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": round_to(value)}
         gains |= {f"{loop.output}.{name}": round_to(value) for name, value in fixed.items()}
     return channels, gains
+
+
+def bandwidths(gains: PlainTable) -> list[float]:
+    """Return the first bandwidths of loops under ADRC [rad/s], which a long control period limits."""
+    tables = [value for name, value in gains.items() if name.endswith(".omega_c")]
+    return [float(cast("dict[str, float]", each)["default"]) for each in tables]
 
 
 def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:
