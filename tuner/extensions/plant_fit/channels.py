@@ -15,13 +15,15 @@ Gains = dict[str, float]
 LAWS: Mapping[str, tuple[str, str]] = {
     "pi": ("pid", "pid"), "pid": ("pid", "pid"), "adrc": ("adrc1", "ladrc"), "ladrc": ("ladrc", "ladrc"),
 }  # fmt: skip
-"""Law on the command line -> law of the channel of a plant with one pole, and of one with more."""
+"""Law on the command line -> law of the channel of a plant of first order, and of one of a higher order."""
 RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
 MAX_BANDWIDTH = 0.28
 """Largest bandwidth of an observer times the control period."""
 CLOSE = 1.6
 """Ratio of a zero to a smaller lag below which they cancel."""
+MIN_RATIO = 0.5
+"""Second over first term of a plant's denominator, at an observer's bandwidth, from which it is of second order."""
 LIMIT_STEPS = 20.0
 """Error, in steps of the reference, from which a flight has failed."""
 
@@ -48,12 +50,12 @@ class Loop:
 
     @property
     def gain(self) -> float:
-        """Gain of the plant, for its zeros in the left half-plane that of a plant without them."""
+        """Gain of the plant, its stable zeros cancelled."""
         return self._reduced[0]
 
     @cached_property
     def _reduced(self) -> tuple[float, Array]:
-        """Gain, and denominator from the lowest power of s, without zeros in the left half-plane and integrators."""
+        """Gain, and denominator from the lowest power, without stable zeros."""
         solution = self.plant.solution
         rising = solution.denominators[self.j][::-1][solution.structure.integrators :]
         return cancel_zeros(solution.numerators[self.j], rising, self._late)
@@ -81,10 +83,10 @@ class Loop:
 
 
 def cancel_zeros(numerator: Array, denominator: Array, late: float) -> tuple[float, Array]:
-    """Return gain and denominator of a plant without real zeros in the left half-plane.
+    """Return gain and denominator of a plant whose stable zeros are cancelled.
 
-    A zero that a rule for gains does not see makes a plant faster than the rule takes it for, and the loop unstable. Each is
-    cancelled by a lag of about its size (rules T1 to T5 of Skogestad 2003).
+    Those are the real ones in the left half-plane. A zero that a rule for gains neglects makes a plant faster than the rule
+    assumes, and the loop unstable. Each is cancelled by a lag of about its size (rules T1 to T5 of Skogestad 2003).
 
     Args:
         numerator: Coefficients from the lowest power of s.
@@ -133,7 +135,7 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
     channels: list[PlainTable] = []
     gains: PlainTable = {}
     for loop in loops:
-        name_of_law = LAWS[law][loop.plant.solution.structure.order > 1]
+        name_of_law = _law(loop, law, period)
         is_pid = name_of_law == "pid"
         b0 = float(np.sign(loop.gain)) if is_pid else round_to(_high_frequency_gain(loop, name_of_law == "adrc1"))
         table: PlainTable = {"name": loop.output, "law": name_of_law, "output": loop.output, "to": loop.input}
@@ -152,8 +154,22 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
     return channels, gains
 
 
+def _law(loop: Loop, law: str, period: float) -> str:
+    """Return the law of a channel.
+
+    A loop with an observer of second order that is slower than the lags of a plant is far slower than its bandwidth.
+    """
+    first_order, higher = LAWS[law]
+    structure = loop.plant.solution.structure
+    if structure.order > 1 and not structure.integrators:
+        first, second, late = loop.times
+        bandwidth = _observer(loop, period)[0]["omega_o"]
+        return higher if bandwidth * (second + first * late) >= MIN_RATIO * first else first_order
+    return higher if structure.order > 1 else first_order
+
+
 def bandwidths(gains: PlainTable) -> list[float]:
-    """Return the first bandwidths of loops under ADRC [rad/s], which a long control period limits."""
+    """Return the first bandwidths of loops under ADRC [rad/s]."""
     tables = [value for name, value in gains.items() if name.endswith(".omega_c")]
     return [float(cast("dict[str, float]", each)["default"]) for each in tables]
 

@@ -153,14 +153,17 @@ class FittedPlant:
 
     @cached_property
     def _hidden(self) -> tuple[Array, Array]:
-        """Size of each slope of the plant, and directions (n, directions) in units of it that the data do not show."""
+        """Sizes of slopes, and directions (n, directions) in their units without information."""
         size = np.linalg.norm(self.jacobian, axis=0)
         size[size == 0.0] = 1.0
         _, values, turned = np.linalg.svd(np.linalg.qr(self.jacobian / size, mode="r"))
         return size[: self.n_plant], turned[values < MIN_INFORMATION * values[0], : self.n_plant].T
 
     def spread(self, function: Callable[[Array], float]) -> "Spread":
-        """Return the uncertainty of a function of the parameters, infinite for one that the data do not show."""
+        """Return the uncertainty of a function of the parameters.
+
+        It is infinite for a function that the data do not show.
+        """
         slopes = self._slopes(lambda parameters: np.array([function(parameters)]))[0]
         n = self.n_plant
         size, hidden = self._hidden

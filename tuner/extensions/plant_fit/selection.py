@@ -134,7 +134,10 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
 
 
 def _with_simpler(structures: list[Structure]) -> list[Structure]:
-    """Return structures behind the simpler ones from which a search of more than two shape parameters starts."""
+    """Return structures behind the simpler ones from which their searches start.
+
+    Searches of one or two shape parameters need none.
+    """
     richest = max(each.n_shape for each in structures)
     return [
         each
@@ -223,9 +226,10 @@ def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
 
 
 def _simulating(held_out: list[float]) -> list[int]:
-    """Return the places of rivals that simulate held-out blocks better than their mean; all if none does.
+    """Return the places of rivals that simulate held-out blocks.
 
-    The others predict by measured outputs, through the noise model, and no simulation has these.
+    These do so better than the mean of the blocks; if none does, all are returned. The others predict by measured outputs,
+    through the noise model, and no simulation has these.
     """
     return [i for i, each in enumerate(held_out) if each > 0.0] or list(range(len(held_out)))
 

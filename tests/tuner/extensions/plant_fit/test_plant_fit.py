@@ -338,6 +338,16 @@ def test_the_first_loops_of_a_plant_with_a_slow_zero_are_stable(tmp_path, law):
         assert tables["gains"]["y.omega_c"]["default"] * tables["scenario"][0]["duration"] > 7.0
 
 
+def test_adrc_beside_fast_lags_is_of_first_order(tmp_path):
+    # DaISy's hair dryer: an observer of second order at its control period needs 120 s for a step of 0.55 s.
+    inputs, outputs = record(([0.935], [0.001539, 0.04868, 0.4233, 1.0]), 0.12, 600, 0.08, 0.02, 8)
+    out = tmp_path / "dryer.toml"
+    frame = frame_of(inputs, outputs, 0.08)
+    tuner.fit(frame, input="u", output="y", structure="third-order", law="adrc", out=out)
+    study = tuner.load_study(out, kind=tuner.PlantStudy)
+    assert [each.law.name for each in study.system.plan.channels] == ["adrc1"]
+
+
 def test_the_loops_of_a_first_order_plant_under_adrc_tolerate_the_upper_end_of_its_dead_time(tmp_path):
     inputs, outputs = record(([2.0], [10.0, 1.0]), 3.0)
     out = tmp_path / "tank.toml"
