@@ -16,10 +16,10 @@ import numpy as np
 from objectives.evaluator import Constraint, Evaluator
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
-from objectives.risk import RELEVANT, flights_to_show, resampled_scenarios, within
+from objectives.risk import RELEVANT, PairedDifference, flights_to_show, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.air_losses import air_losses, excused
-from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.final_flights import FinalFlights, carried
 
 SPENT = (0.5, 0.125, 0.125, 0.125, 0.125)
 """Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
@@ -29,7 +29,7 @@ MAX_FLIGHTS_FOR_SHARE = 20_000
 """Flights of a point at most to show that a share of events is within its limit."""
 DOUBT = 2
 """Ratio of foreseen flights to those of the last look up to which a row is worth them: few skewed flights foresee too many."""
-REPLICATES = 2000
+REPLICATES, PAIR_REPLICATES = 2000, 400
 
 
 class Look(NamedTuple):
@@ -81,6 +81,7 @@ class LimitFlights:
         self._counts: dict[int, list[int]] = {}
         self._intervals: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
+        self._differences: dict[tuple[int, int, int, int], PairedDifference] = {}
 
     def confidence(self, entry: Constraint, look: int) -> float:
         """Return the confidence of an interval at a look."""
@@ -108,7 +109,28 @@ class LimitFlights:
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
                 parts[:, row, i] = self._remembered_interval(flown, row, i, self.confidence_of(entry, row))
+            if self._further and has_paired_interval(entry):
+                for row in np.flatnonzero(flown.complete):
+                    self._carry(flown, int(row), i, parts)
         return parts
+
+    def _carry(self, flown: FinalFlights, row: int, i: int, parts: np.ndarray) -> None:
+        """Put the paired interval of a row by the row with the most flights in place of a wider one of its own."""
+        leader = max(self._further, key=lambda other: sum(self._counts[other]))
+        scores, origin = self.samples(flown, row)
+        other, others = self.samples(flown, leader)
+        if len(others) <= len(origin) or not np.array_equal(others[: len(origin)], origin):
+            return
+        entry, key = self.problem.constraints[i], (row, leader, i, len(origin))
+        if key not in self._differences:
+            first, second = self._seen(scores, origin, i), self._seen(other[:, : len(origin)], origin, i)
+            drawn = resampled_scenarios(generator(self.root, "bootstrap/limit-pairs", i), PAIR_REPLICATES, origin)
+            self._differences[key] = entry.objective.difference(
+                first, second, within(drawn, origin, entry.objective.scenario), self.confidence_of(entry, leader)
+            )
+        paired = np.array(carried(tuple(parts[:, leader, i]), self._differences[key]))
+        if paired[2] - paired[1] < parts[2, row, i] - parts[1, row, i]:
+            parts[:, row, i] = paired
 
     def _remembered_interval(
         self, flown: FinalFlights, row: int, i: int, confidence: float
@@ -146,15 +168,19 @@ class LimitFlights:
 
         It is that over scores (quantities, flights).
         """
-        entry, column = self.problem.constraints[i], len(self.problem.objectives) + i
-        objective = entry.objective
-        seen = scores[column] if objective.scenario is None else scores[column][origin == objective.scenario]
+        entry = self.problem.constraints[i]
+        objective, seen = entry.objective, self._seen(scores, origin, i)
         value = float(objective.risk.apply(seen))
         if rests_on_value(entry):
             return value, value, value
         drawn = resampled_scenarios(generator(self.root, "bootstrap/limit-flights", i), REPLICATES, origin)
         low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
         return value, float(low), float(high)
+
+    def _seen(self, scores: np.ndarray, origin: np.ndarray, i: int) -> np.ndarray:
+        """Return the scores of a constraint in the scenarios that it counts in."""
+        scenario, own = self.problem.constraints[i].objective.scenario, scores[len(self.problem.objectives) + i]
+        return own if scenario is None else own[origin == scenario]
 
     def confidence_of(self, entry: Constraint, row: int) -> float:
         """Return the confidence of a row's interval: that of its latest look, of the study without further flights."""
@@ -251,6 +277,11 @@ class LimitFlights:
 def spent_confidence(confidence: float, look: int = 0) -> float:
     """Return the confidence of an interval at a look."""
     return 1.0 - (1.0 - confidence) * SPENT[look]
+
+
+def has_paired_interval(entry: Constraint) -> bool:
+    """Return True for a limit whose paired differences have an interval narrower than that of flights apart."""
+    return not (rests_on_value(entry) or entry.objective.is_binary or entry.objective.risk.name == "worst")
 
 
 def rests_on_value(entry: Constraint) -> bool:

@@ -40,13 +40,33 @@ def further_finalists(
     if validated.keeps:
         best = value[[0, *candidates][validated.tuned]]
         best -= study.table.relevant * abs(best)
-    excess = standard_excess(
-        seen, study.constraints, study.seed, shown_back_off(seen.excess[candidates], study, validated)
-    )
-    is_better = (value < best) & (excess <= 0.0) & seen.complete
+    is_better = (value < best) & seen.complete
     is_better[[0, *candidates]] = False
-    rows = np.flatnonzero(is_better)
-    return thinned(rows, np.column_stack([value[rows], excess[rows]]))
+    further = kept(seen, study, is_better, shown_back_off(seen.excess[candidates], study, validated))
+    if len(further):
+        return further
+    return kept(seen, study, is_better & (value > largest_broken(value[candidates], best, study, validated)))
+
+
+def kept(
+    seen: Evaluation, study: SearchedStudy, is_better: np.ndarray, back_off: BackOff | None = None
+) -> np.ndarray:
+    """Return some of the better candidates (k,) that keep every limit behind a back-off; is_better: mask of all candidates."""
+    excess = standard_excess(seen, study.constraints, study.seed, back_off)
+    if back_off is None:
+        excess = np.where(np.all(seen.violations <= 0.0, axis=1), excess, np.inf)
+    rows = np.flatnonzero(is_better & (excess <= 0.0))
+    return thinned(rows, np.column_stack([seen.values[rows, 0], excess[rows]]))
+
+
+def largest_broken(value: np.ndarray, best: float, study: SearchedStudy, validated: Validated) -> float:
+    """Return the largest better value of a finalist that surely breaks a limit.
+
+    Between it and the recommended point lies the best that keeps all limits, if these cost.
+    """
+    limits = np.array([entry.most if has_tolerance(entry) else np.inf for entry in study.constraints])
+    is_broken = np.any(validated.finalists.limits[1, 1:] > limits, axis=1) & (value < best)
+    return float(value[is_broken].max(initial=-np.inf))
 
 
 def shown_back_off(searched: np.ndarray, study: SearchedStudy, validated: Validated) -> BackOff:
