@@ -41,6 +41,7 @@ class Look(NamedTuple):
         upper: Upper ends.
         excess: Excess (rows, constraints), 0 where a limit is kept in this look or was in an earlier one.
         is_open: Mask (rows,) of those that may fly on: they keep every limit by value and not by interval.
+        is_hoped: Mask (rows,) of those that may fly on: they keep every limit by the lower end of an interval, not by the upper.
     """
 
     value: np.ndarray
@@ -48,6 +49,7 @@ class Look(NamedTuple):
     upper: np.ndarray
     excess: np.ndarray
     is_open: np.ndarray
+    is_hoped: np.ndarray
 
 
 class LimitFlights:
@@ -82,6 +84,8 @@ class LimitFlights:
         self._intervals: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
         self._differences: dict[tuple[int, int, int, int], PairedDifference] = {}
+        self._stand_ins: dict[int, bool] = {}
+        self._own_above: dict[tuple[int, int], float] = {}
 
     def confidence(self, entry: Constraint, look: int) -> float:
         """Return the confidence of an interval at a look."""
@@ -89,15 +93,20 @@ class LimitFlights:
 
     def look(self, flown: FinalFlights) -> Look:
         """Return the look at all flights made so far; a limit once kept by its interval stays kept while its value keeps it."""
+        self._stand_ins.clear()
+        self._own_above.clear()
         value, low, upper = self._estimates(flown)
         entries = self.problem.constraints
         most = np.array([bound(entry, value[0, i], self.relevant) for i, entry in enumerate(entries)])
         self._passed = (self._passed | (upper <= most)) & (value <= most)
         excess = np.maximum(np.where(self._passed, value, upper) - most, 0.0)
         required = flown.evaluation.violations[:, len(entries) :]
-        by_value = np.all(value <= most, axis=1) & np.all(required <= 0.0, axis=1)
-        may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
-        return Look(value, low, upper, excess, by_value & np.any(excess > 0.0, axis=1) & may)
+        straddles = np.all(low <= most, axis=1) & np.any(excess > 0.0, axis=1) & np.all(required <= 0.0, axis=1)
+        may = self.may_fly & np.array([self._has_looks_left(row) for row in range(len(value))])
+        return Look(value, low, upper, excess, np.all(value <= most, axis=1) & straddles & may, straddles & may)
+
+    def _has_looks_left(self, row: int) -> bool:
+        return bool(self._looks[row] + 1 < len(SPENT)) and row not in self._closed
 
     def _estimates(self, flown: FinalFlights) -> np.ndarray:
         """Return values with both ends of their intervals (3, rows, constraints)."""
@@ -116,7 +125,7 @@ class LimitFlights:
 
     def _carry(self, flown: FinalFlights, row: int, i: int, parts: np.ndarray) -> None:
         """Put the paired interval of a row by the row with the most flights in place of a wider one of its own."""
-        leader = max(self._further, key=lambda other: sum(self._counts[other]))
+        leader = self.leader
         scores, origin = self.samples(flown, row)
         other, others = self.samples(flown, leader)
         if len(others) <= len(origin) or not np.array_equal(others[: len(origin)], origin):
@@ -130,6 +139,10 @@ class LimitFlights:
             )
         paired = np.array(carried(tuple(parts[:, leader, i]), self._differences[key]))
         if paired[2] - paired[1] < parts[2, row, i] - parts[1, row, i]:
+            differences = self._differences[key]
+            own, others = differences.high - differences.low, parts[2, leader, i] - parts[1, leader, i]
+            self._stand_ins[row] = self._stand_ins.get(row, True) and bool(own < others)
+            self._own_above[row, i] = float(parts[2, row, i] - parts[0, row, i])
             parts[:, row, i] = paired
 
     def _remembered_interval(
@@ -141,6 +154,15 @@ class LimitFlights:
         if key not in self._intervals:
             self._intervals[key] = self.interval(scores, origin, i, confidence)
         return self._intervals[key]
+
+    @property
+    def leader(self) -> int:
+        """Return the row with the most flights."""
+        return max(self._further, key=lambda row: sum(self._counts[row]))
+
+    def flier(self, row: int) -> int:
+        """Return the row whose flights narrow the interval of a row most: the row itself, or the leader."""
+        return self.leader if self._stand_ins.get(row, False) and self._has_looks_left(self.leader) else row
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.
@@ -242,11 +264,14 @@ class LimitFlights:
         """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
 
-    def may_settle(self, look: Look, flown: FinalFlights) -> np.ndarray:
+    def may_settle(self, look: Look, flown: FinalFlights, hope: float = 0.0) -> np.ndarray:
         """Return the mask (rows,) of those likely to settle.
 
         They take at most `DOUBT` times the flights of the last look, by values and intervals so far.
+        hope: parts of the intervals below the values by which these are smaller.
         """
+        shift = hope * (look.value - look.low)
+        look = look._replace(value=look.value - shift, upper=look.upper - shift)
         last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
         most = np.full(len(self.gains), DOUBT * last)
         shares = [entry.objective.is_binary for entry in self.problem.constraints]
@@ -270,7 +295,8 @@ class LimitFlights:
                 return None
             # The end of a share's interval comes down as 1 / n without an event, else as 1 / sqrt(n) as any other's.
             power = 1.0 if entry.objective.is_binary and value[i] == 0.0 else 2.0
-            flights.append(made * ((upper[i] - value[i]) / slack) ** power)
+            above = self._own_above.get((row, int(i)), float(upper[i] - value[i]))
+            flights.append(made * (above / slack) ** power)
         return ceil(max(flights, default=made))
 
 
