@@ -1,7 +1,8 @@
 """Further held-out flights of points whose interval straddles a limit.
 
 The held-out flights of a study decide most limits, and near one that binds they decide nothing: value within, end of interval
-beyond. Such a point flies on, to twice the flights each time and 16 times at most, and its interval is looked at each time. Looks
+beyond. Such a point flies on, to twice the flights each time and 16 times at most, and its interval is looked at each time. The
+point with the most flights narrows the intervals of the others, see `tuner.analysis.paired_estimates`. Looks
 spend the error that the study allows, the first a half of it and each further one an eighth (K. K. G. Lan, D. L. DeMets,
 Biometrika 70(3):659-663, 1983), so a point that breaks its limit passes in any of them no more often than by one interval.
 """
@@ -19,7 +20,8 @@ from objectives.problem import Problem
 from objectives.risk import RELEVANT, PairedDifference, flights_to_show, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.air_losses import air_losses, excused
-from tuner.analysis.final_flights import FinalFlights, carried
+from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.paired_estimates import Paired, paired_estimate
 
 SPENT = (0.5, 0.125, 0.125, 0.125, 0.125)
 """Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
@@ -84,8 +86,7 @@ class LimitFlights:
         self._intervals: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
         self._differences: dict[tuple[int, int, int, int], PairedDifference] = {}
-        self._stand_ins: dict[int, bool] = {}
-        self._own_above: dict[tuple[int, int], float] = {}
+        self._paired: dict[tuple[int, int], Paired] = {}
 
     def confidence(self, entry: Constraint, look: int) -> float:
         """Return the confidence of an interval at a look."""
@@ -93,8 +94,6 @@ class LimitFlights:
 
     def look(self, flown: FinalFlights) -> Look:
         """Return the look at all flights made so far; a limit once kept by its interval stays kept while its value keeps it."""
-        self._stand_ins.clear()
-        self._own_above.clear()
         value, low, upper = self._estimates(flown)
         entries = self.problem.constraints
         most = np.array([bound(entry, value[0, i], self.relevant) for i, entry in enumerate(entries)])
@@ -106,6 +105,7 @@ class LimitFlights:
         return Look(value, low, upper, excess, np.all(value <= most, axis=1) & straddles & may, straddles & may)
 
     def _has_looks_left(self, row: int) -> bool:
+        """Return True for a row that may make further looks."""
         return bool(self._looks[row] + 1 < len(SPENT)) and row not in self._closed
 
     def _estimates(self, flown: FinalFlights) -> np.ndarray:
@@ -118,32 +118,40 @@ class LimitFlights:
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
                 parts[:, row, i] = self._remembered_interval(flown, row, i, self.confidence_of(entry, row))
-            if self._further and has_paired_interval(entry):
-                for row in np.flatnonzero(flown.complete):
-                    self._carry(flown, int(row), i, parts)
+        self._paired = self._pairs(flown, parts)
+        for (row, i), paired in self._paired.items():
+            parts[:, row, i] = paired.estimate
         return parts
 
-    def _carry(self, flown: FinalFlights, row: int, i: int, parts: np.ndarray) -> None:
-        """Put the paired interval of a row by the row with the most flights in place of a wider one of its own."""
+    def _pairs(self, flown: FinalFlights, parts: np.ndarray) -> dict[tuple[int, int], Paired]:
+        """Return intervals by row and constraint that the row with the most flights narrows.
+
+        parts (3, rows, constraints): values and ends by the flights of each row alone.
+        """
+        if not self._further:
+            return {}
         leader = self.leader
-        scores, origin = self.samples(flown, row)
-        other, others = self.samples(flown, leader)
-        if len(others) <= len(origin) or not np.array_equal(others[: len(origin)], origin):
-            return
+        pairs = {
+            (row, i): paired_estimate(parts[:, row, i], parts[:, leader, i], difference)
+            for i, entry in enumerate(self.problem.constraints)
+            if entry.has_tolerance and not rests_on_value(entry)
+            for row in np.flatnonzero(flown.complete).tolist()
+            if (difference := self._difference(flown, row, leader, i)) is not None
+        }
+        return {key: paired for key, paired in pairs.items() if paired is not None}
+
+    def _difference(self, flown: FinalFlights, row: int, leader: int, i: int) -> PairedDifference | None:
+        """Return the difference of a constraint on the flights that both rows made, None if the leader made no others."""
+        (scores, origin), (others, longer) = self.samples(flown, row), self.samples(flown, leader)
+        if len(longer) <= len(origin) or not np.array_equal(longer[: len(origin)], origin):
+            return None
         entry, key = self.problem.constraints[i], (row, leader, i, len(origin))
         if key not in self._differences:
-            first, second = self._seen(scores, origin, i), self._seen(other[:, : len(origin)], origin, i)
+            both = self._seen(scores, origin, i), self._seen(others[:, : len(origin)], origin, i)
             drawn = resampled_scenarios(generator(self.root, "bootstrap/limit-pairs", i), PAIR_REPLICATES, origin)
-            self._differences[key] = entry.objective.difference(
-                first, second, within(drawn, origin, entry.objective.scenario), self.confidence_of(entry, leader)
-            )
-        paired = np.array(carried(tuple(parts[:, leader, i]), self._differences[key]))
-        if paired[2] - paired[1] < parts[2, row, i] - parts[1, row, i]:
-            differences = self._differences[key]
-            own, others = differences.high - differences.low, parts[2, leader, i] - parts[1, leader, i]
-            self._stand_ins[row] = self._stand_ins.get(row, True) and bool(own < others)
-            self._own_above[row, i] = float(parts[2, row, i] - parts[0, row, i])
-            parts[:, row, i] = paired
+            resample = within(drawn, origin, entry.objective.scenario)
+            self._differences[key] = entry.objective.difference(*both, resample, self.confidence_of(entry, leader))
+        return self._differences[key]
 
     def _remembered_interval(
         self, flown: FinalFlights, row: int, i: int, confidence: float
@@ -162,7 +170,9 @@ class LimitFlights:
 
     def flier(self, row: int) -> int:
         """Return the row whose flights narrow the interval of a row most: the row itself, or the leader."""
-        return self.leader if self._stand_ins.get(row, False) and self._has_looks_left(self.leader) else row
+        paired = [pair for (other, _), pair in self._paired.items() if other == row]
+        is_led = bool(paired) and all(pair.is_led for pair in paired)
+        return self.leader if is_led and self._has_looks_left(self.leader) else row
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.
@@ -208,17 +218,22 @@ class LimitFlights:
         """Return the confidence of a row's interval: that of its latest look, of the study without further flights."""
         return self.confidence(entry, int(self._looks[row])) if row in self._further else entry.confidence
 
-    def fly(self, row: int, excess: np.ndarray) -> bool:
+    def fly(self, row: int, excess: np.ndarray, is_recommended: bool = False) -> bool:
         """Have a row make the flights up to its next look.
 
-        False where it has made all looks, or the budget has no room for them. excess (constraints,): that of the row.
+        False where it has made all looks, or the budget has no room for them.
+
+        Args:
+            row: Number of the row.
+            excess: Excess (constraints,) of it.
+            is_recommended: Whether the answer hangs on it, so that no budget counts.
         """
         number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
         if not self.may_fly or number >= len(SPENT):
             return False
         wanted = self._wanted(excess, number)
         flights = sum(wanted) - sum(made)
-        if flights > self._budget - self.flights or flights <= 0:
+        if flights <= 0 or (flights > self._budget - self.flights and not is_recommended):
             self._closed.add(row)
             return False
         parts = [
@@ -295,7 +310,8 @@ class LimitFlights:
                 return None
             # The end of a share's interval comes down as 1 / n without an event, else as 1 / sqrt(n) as any other's.
             power = 1.0 if entry.objective.is_binary and value[i] == 0.0 else 2.0
-            above = self._own_above.get((row, int(i)), float(upper[i] - value[i]))
+            paired = self._paired.get((row, int(i)))
+            above = paired.above if paired else float(upper[i] - value[i])
             flights.append(made * (above / slack) ** power)
         return ceil(max(flights, default=made))
 
@@ -303,11 +319,6 @@ class LimitFlights:
 def spent_confidence(confidence: float, look: int = 0) -> float:
     """Return the confidence of an interval at a look."""
     return 1.0 - (1.0 - confidence) * SPENT[look]
-
-
-def has_paired_interval(entry: Constraint) -> bool:
-    """Return True for a limit whose paired differences have an interval narrower than that of flights apart."""
-    return not (rests_on_value(entry) or entry.objective.is_binary or entry.objective.risk.name == "worst")
 
 
 def rests_on_value(entry: Constraint) -> bool:

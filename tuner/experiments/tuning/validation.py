@@ -252,7 +252,7 @@ class Validation:
             if upper <= entry.most:
                 return False
             excess = confirmation.excess[1, : len(self.problem.constraints)]
-            if value > entry.most or not self._limits.fly(tuned, excess):
+            if value > entry.most or not self._limits.fly(tuned, excess, is_recommended=True):
                 return True
 
     def _warn_of_air(self, air: np.ndarray, flown: tuple) -> None:
