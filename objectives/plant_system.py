@@ -23,6 +23,7 @@ from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
 from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
+from plant.model.observer import Observer
 from plant.model.plan import Actuator, Channel, LoopPlan, WatchedSignal, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, draw_plant_scenarios
@@ -80,6 +81,7 @@ class PlantParts:
         parameters: Nominal ones, in the order of the record.
         timing: Its periods.
         watched: Signals with meters of their own.
+        observer: Estimates of outputs without a sensor.
     """
 
     make: Callable[[], PlantModel]
@@ -88,11 +90,12 @@ class PlantParts:
     parameters: tuple[float, ...]
     timing: Timing
     watched: tuple[WatchedSignal, ...] = ()
+    observer: Observer | None = None
 
     def system(self) -> "PlantSystem":
         """Build the system."""
         plant = self.make()
-        plan = plan_loop(plant, channels_of(self.channels), self.actuators, self.watched)
+        plan = plan_loop(plant, channels_of(self.channels), self.actuators, self.watched, self.observer)
         return PlantSystem(plant, plan, pack(plant.Parameters, list(self.parameters)), self.timing)
 
 
@@ -137,7 +140,8 @@ class PlantSystem:
         h = self.timing.control_period
         inputs = [Range(each.low, each.high, each.rate * h) for each in self.plan.actuators]
         parts = kind.__annotations__
-        return kind(*channels, parts["commands"](*commands), parts["inputs"](*inputs))
+        estimator = [pack(parts["observer"], self.plan.observer.numbers)] if self.plan.observer else []
+        return kind(*channels, parts["commands"](*commands), parts["inputs"](*inputs), *estimator)
 
     def flyer(self, threads: int | None = None) -> Any:
         """Return its flyer: the compiled lanes on so many threads, by default one for each core."""
@@ -322,7 +326,8 @@ class PlantSystem:
         assert make is not None
         parameters = tuple(float(value) for value in flatten(self.parameters))
         channels = channels_by_name(self.plan.channels)
-        return PlantParts(make, channels, self.plan.actuators, parameters, self.timing, self.plan.watched)
+        plan = self.plan
+        return PlantParts(make, channels, plan.actuators, parameters, self.timing, plan.watched, plan.observer)
 
     def with_own_plant(
         self,

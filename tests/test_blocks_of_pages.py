@@ -78,6 +78,7 @@ SLOW = {
     "docs/how_to/judge.md",
     "docs/how_to/limits.md",
     "docs/how_to/model_accuracy.md",
+    "docs/how_to/observer.md",
     "docs/how_to/period_and_delay.md",
     "docs/how_to/plan_a_flight.md",
     "docs/how_to/plant_margins.md",

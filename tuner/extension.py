@@ -27,12 +27,12 @@ BUNDLED_NAMES: Mapping[str, Names] = {
     "commands": {
         "adrc": "betaflight_adrc", "approach": "first_flights", "ask": "trials", "autotune": "autotune", "bench": "bench",
         "compare-logs": "log_comparison", "confirm": "first_flights", "cost": "processor_cost", "fit": "plant_fit",
-        "identify": "identification", "judge": "judge", "mcp": "agents", "sensitivity": "sensitivity", "studio": "studio",
-        "tail": "tails", "tell": "trials", "theory": "theory",
+        "identify": "identification", "judge": "judge", "mcp": "agents", "phase-plane": "phase_plane",
+        "sensitivity": "sensitivity", "studio": "studio", "tail": "tails", "tell": "trials", "theory": "theory",
     },
     "tables": {
         "choices": "contests", "contender": "contests", "cost": "processor_cost", "disturbance_gain": "disturbance_gains",
-        "guarantee": "theory", "trials": "trials",
+        "guarantee": "theory", "observer": "design_rules", "trials": "trials",
     },
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
@@ -96,6 +96,7 @@ class Extension:
         requirements: Table of a study -> "module:RequirementKind".
         costs: Name of a processor -> "module:StepCosts" of the control steps on it.
         designs: Name of a method of `tuner design` -> "module:function" that returns a plant study's gains.
+        observers: Table of a plant's study -> "module:function" that returns the plan of its loops with an observer.
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
@@ -135,6 +136,7 @@ class Extension:
     requirements: Names = field(default_factory=_none)
     costs: Names = field(default_factory=_none)
     designs: Names = field(default_factory=_none)
+    observers: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)

@@ -40,8 +40,9 @@ NAVIGATION = {
     ),
     "Plants": (
         "own_plant", "how_to/linear_plant", "how_to/plant_outputs", "how_to/plant_margins", "cookbook", "how_to/fit",
-        "how_to/which_law", "how_to/textbook_pid", "how_to/design_rules", "examples/dc_motor", "examples/dead_time",
-        "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell", "examples/gymnasium",
+        "how_to/which_law", "how_to/textbook_pid", "how_to/design_rules", "how_to/observer", "examples/dc_motor",
+        "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "fmu_plant", "examples/iron", "ask_and_tell",
+        "examples/gymnasium",
         "examples/rotorpy",
     ),
     "Theory": ("laws", "model", "statistics", "evidence", "paper"),

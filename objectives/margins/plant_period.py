@@ -19,6 +19,7 @@ from objectives.margins.injection import Functions, TermInjection
 from objectives.margins.lifting import common_period, rates_of
 from objectives.margins.linearise import LinearLoops, chained
 from objectives.margins.period import NO_METERS, NoMeters, Term
+from objectives.margins.twins import merge_twins, twins_of
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
@@ -60,6 +61,7 @@ class PlantPeriod:
         shown = pack(self.loop.Body, self._body.tolist()).shown
         self._reference = np.array([[getattr(shown, each.output), 0.0, 0.0] for each in self.plan.channels]).ravel()
         names = paths(self.state)
+        self._twins = twins_of(self.plan, names) if self.periods == 1 else []
         self._counters = [
             (names.index(f"control.phase.{each.name}"), each) for each in self.plan.channels if each.every > 1
         ]
@@ -96,7 +98,8 @@ class PlantPeriod:
         by_body, by_speed = np.split(self._slope, [len(self._body)], axis=-1)
         slope, m = self._decide.full(entries), by_speed.shape[1]
         x = states.shape[1]
-        return chained(slope, by_body, by_speed, by_speed @ slope[:, :m, x : x + k], k, w)
+        loops = chained(slope, by_body, by_speed, by_speed @ slope[:, :m, x : x + k], k, w)
+        return merge_twins(loops, self._twins)
 
     def constants(self, gains: Array) -> Any:
         """Return the constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""

@@ -30,6 +30,7 @@ PARTS = {
     "waiting": "Waiting",
     "phase": "Phase",
     "last": "Last",
+    "estimate": "Estimate",
 }
 
 
@@ -49,7 +50,8 @@ class PlantController:
     `commands` of channels and of `inputs`. Reference: a set point for every channel; those of inner ones are not read.
     Memory: laws; commands and excess of channels; command of inputs: what they were last sent; shortfall: that less what was
     wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped;
-    last: what a channel without a measured rate saw when it last stepped, because its rate is the difference over its step.
+    last: what a channel without a measured rate saw when it last stepped, because its rate is the difference over its step;
+    estimate: outputs by the observer.
     prepare(gains, h) -> Constants. start(constants, nominal, seen, held) -> Memory at rest at the outputs seen, with the inputs
     held. step(memory, constants, nominal, reference, seen, h) -> Memory, once every period; its `command` is to be sent.
     """
@@ -91,7 +93,8 @@ def plant_controller(plant: PlantRecords, plan: LoopPlan, h: float) -> PlantCont
 def _nominal(plan: LoopPlan) -> Any:
     commands = record_type("CommandRanges", dict.fromkeys(plan.names, Range))
     inputs = record_type("InputRanges", {each.name: Range for each in plan.actuators})
-    return record_type("Nominal", {**dict.fromkeys(plan.names, NominalChannel), "commands": commands, "inputs": inputs})
+    parts = {**dict.fromkeys(plan.names, NominalChannel), "commands": commands, "inputs": inputs}
+    return record_type("Nominal", parts | ({"observer": plan.observer.numbers_type} if plan.observer else {}))
 
 
 def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
@@ -108,6 +111,8 @@ def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
     Phase = record_type("Phase", dict.fromkeys([each.name for each in plan.channels if each.every > 1], float))
     seen = {each.name: plant.Output.__annotations__[each.output] for each in plan.channels if not each.rate_output}
     Last = record_type("Last", seen)
+    estimated = plan.observer.outputs if plan.observer else ()
+    Estimate = record_type("Estimate", {name: plant.Output.__annotations__[name] for name in estimated})
     records = {
         "Laws": Laws,
         "Commands": Commands,
@@ -115,6 +120,7 @@ def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
         "Waiting": Waiting,
         "Phase": Phase,
         "Last": Last,
+        "Estimate": Estimate,
     }
     Memory = record_type("State", {part: records[name] for part, name in PARTS.items() if records[name]._fields})
     return {"Memory": Memory, **records, **{f"Queue_{name}": kind for name, kind in queues.items()}}
@@ -138,23 +144,26 @@ def _laws(plan: LoopPlan) -> dict[str, Any]:
     }
 
 
-def _seen(channel: Channel, differenced: str) -> str:
+def _seen(plan: LoopPlan, channel: Channel, differenced: str) -> str:
     """Expression of what a channel measures; differenced: its rate where no output measures it."""
-    rate = f"seen.{channel.rate_output}" if channel.rate_output else differenced
-    return f"Measured(seen.{channel.output}, {rate})"
+    rate = plan.reading(channel.rate_output) if channel.rate_output else differenced
+    return f"Measured({plan.reading(channel.output)}, {rate})"
 
 
 def _start_lines(plan: LoopPlan, memory: Any) -> list[str]:
-    lines = ["def control_start(constants, nominal, seen, held):"]
+    lines = [
+        "def control_start(constants, nominal, seen, held):",
+        *(plan.observer.start_lines if plan.observer else []),
+    ]
     for channel in plan.channels:
         name = channel.name
         share = float(len(plan.acting_on(channel.to)))
         inner = plan.cascades(channel)
-        held = f"seen.{plan.channel(channel.to).output}" if inner else f"held.{channel.to} / {share}"
+        held = plan.reading(plan.channel(channel.to).output) if inner else f"held.{channel.to} / {share}"
         lines += [
             f"    u_{name} = {held}",
-            f"    last_{name} = seen.{channel.output}",
-            f"    law_{name} = start_{name}(constants.{name}, {_seen(channel, '0.0')}, nominal.{name}.b0 * u_{name})",
+            f"    last_{name} = {plan.reading(channel.output)}",
+            f"    law_{name} = start_{name}(constants.{name}, {_seen(plan, channel, '0.0')}, nominal.{name}.b0 * u_{name})",
         ]
     waiting = [[f"held.{name}"] * periods for name, periods in _queues(memory).items()]
     parts = {"excess": "0.0", "command": "held.{}", "shortfall": "0.0", "in_force": "held.{}", "phase": "0.0"}
@@ -163,6 +172,7 @@ def _start_lines(plan: LoopPlan, memory: Any) -> list[str]:
 
 def _step_lines(plan: LoopPlan, memory: Any) -> list[str]:
     lines = ["def control_step(kept, constants, nominal, reference, seen, h):"]
+    lines += plan.observer.step_lines if plan.observer else []
     for channel in plan.channels:
         lines += _channel_lines(channel, plan)
     queues = _queues(memory)
@@ -189,7 +199,7 @@ def _queues(memory: Any) -> dict[str, int]:
 
 def _memory_line(memory: Any, waiting: list[list[str]], **patterns: str) -> str:
     """Return the line that returns the memory; waiting: queues; patterns: of the other parts, where {} is the name of a field."""
-    patterns = {"laws": "law_{}", "commands": "u_{}", "last": "last_{}", **patterns}
+    patterns = {"laws": "law_{}", "commands": "u_{}", "last": "last_{}", "estimate": "estimate_{}", **patterns}
     parts: list[str] = []
     for part, kind in memory.__annotations__.items():
         if part == "waiting":
@@ -211,9 +221,9 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
     command, over = _limited(f"asked_{name}", f"nominal.commands.{name}", channel.low, channel.high)
     step = f"({float(channel.every)} * h)"
     lines = [
-        f"    last_{name} = seen.{channel.output}",
+        f"    last_{name} = {plan.reading(channel.output)}",
         f"    asked_{name}, law_{name} = step_{name}(kept.laws.{name}, constants.{name}, nominal.{name}, {goal},",
-        f"        {_seen(channel, f'(last_{name} - kept.last.{name}) / {step}')}, Applied({effect}, {excess}), {step})",
+        f"        {_seen(plan, channel, f'(last_{name} - kept.last.{name}) / {step}')}, Applied({effect}, {excess}), {step})",
         f"    u_{name} = {command}",
         f"    over_{name} = {over.format(f'u_{name}')}",
     ]

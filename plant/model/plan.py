@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError, check_name
 from plant.laws.law import Law
+from plant.model.observer import Observer
 from plant.model.plant_model import PlantRecords
 from plant.records import paths
 
@@ -136,11 +137,13 @@ class LoopPlan:
     """The loops of a plant: channels, outer ones before the inner ones that they command, and an actuator for every input.
 
     watched: other signals that meters judge. They decide code and limits of a loop, so its identity counts them there.
+    observer: estimates the outputs that no sensor measures; its numbers belong to the nominal model of the controller.
     """
 
     channels: tuple[Channel, ...]
     actuators: tuple[Actuator, ...]
     watched: tuple[WatchedSignal, ...] = field(default=(), compare=False)
+    observer: Observer | None = field(default=None, compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -186,6 +189,21 @@ class LoopPlan:
         """Channels whose set point is a reference."""
         return tuple(channel for channel in self.channels if channel.name not in self.commanded)
 
+    def reading(self, output: str) -> str:
+        """Return the expression of an output as channels read it."""
+        return self.observer.reading(output) if self.observer else f"seen.{output}"
+
+    @property
+    def observer_title(self) -> str:
+        """Keys and values that describe the observer, "" without one."""
+        return self.observer.title if self.observer else ""
+
+    @property
+    def sensed(self) -> set[str]:
+        """Names of the outputs that the controller measures."""
+        read = {name for each in self.channels for name in (each.output, each.rate_output) if name}
+        return read if self.observer is None else set(self.observer.measured)
+
     def number(self, name: str) -> float:
         """Return the place of a channel as the number that model functions carry."""
         return float(self.names.index(name))
@@ -209,6 +227,7 @@ def plan_loop(
     channels: Sequence[Channel],
     actuators: Sequence[Actuator] = (),
     watched: tuple[WatchedSignal, ...] = (),
+    observer: Observer | None = None,
 ) -> LoopPlan:
     """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
     if not channels:
@@ -226,7 +245,8 @@ def plan_loop(
         _check_channel(channel, [each.name for each in channels], inputs, outputs)
     _check_rates(channels)
     given = {actuator.name: actuator for actuator in actuators}
-    return LoopPlan(tuple(_outer_first(channels)), tuple(given.get(name, Actuator(name)) for name in inputs), watched)
+    ordered, every = tuple(_outer_first(channels)), tuple(given.get(name, Actuator(name)) for name in inputs)
+    return LoopPlan(ordered, every, watched, observer)
 
 
 def check_identifiers(kind: str, names: Sequence[str], leaf: str = "") -> None:

@@ -13,14 +13,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
+from types import FunctionType
 from typing import Any, NamedTuple
 
-from plant.errors import InputError
+from plant import primitives
+from plant.errors import InputError, shortened
 from plant.model.functions import check_model_function, place_of, place_of_field
 from plant.own_code import place_of_error
 from plant.records import flatten, is_record, paths, unit_of, zeros
 
 RECORDS = ("State", "Input", "Parameters", "Output")
+# Functions that every plant has.
+EQUATIONS = ("derivative", "output")
 # Largest share of a state's size that may be left of its derivative at rest [1/s].
 STILL = 1e-6
 
@@ -110,6 +114,20 @@ class PlantModel(PlantRecords):
                 )
 
 
+def _check_presence(names: Mapping[str, object], file: str) -> None:
+    """Raise InputError for a missing function, with those that there are."""
+    missing = next((key for key in EQUATIONS if names.get(key) is None), None)
+    if missing is not None:
+        functions = [value for value in names.values() if isinstance(value, FunctionType)]
+        names_of_file = [each.__name__ for each in functions if each.__module__ not in (primitives.__name__, "typing")]
+        raise InputError(
+            f"given {'the functions ' + shortened(', '.join(names_of_file)) if names_of_file else 'no function'}; write "
+            f"def {missing}(state, input, disturbance, p): a plant needs {' and '.join(EQUATIONS)}",
+            file=file,
+            key=missing,
+        )
+
+
 def plant_from(names: Mapping[str, object], name: str, file: str = "") -> PlantModel:
     """Return the plant that a module's names, or those of a notebook's cell, describe; InputError with the line where not."""
     for kind in RECORDS:
@@ -117,7 +135,8 @@ def plant_from(names: Mapping[str, object], name: str, file: str = "") -> PlantM
     disturbance = names.get("Disturbance", NoDisturbance)
     if disturbance is not NoDisturbance:
         _check_record("Disturbance", disturbance, file)
-    equations = {key: check_model_function(names.get(key), key, 4, file) for key in ("derivative", "output")}
+    _check_presence(names, file)
+    equations = {key: check_model_function(names.get(key), key, 4, file) for key in EQUATIONS}
     kinds = {kind: names[kind] for kind in RECORDS}
     given = names.get("rest")
     rest = _nothing(kinds["State"], kinds["Input"]) if given is None else check_model_function(given, "rest", 1, file)

@@ -24,6 +24,7 @@ REMEDIES = (
     ("Gains", "gains", "design.gains"),
     ("Gains", "recommended", "results.recommended"),
     ("Gains", "default_row", "tuner.default_gains(study)"),
+    ("a list of", "judge_margins", "a list of them, [gains]"),
     ("Gains", "items", "tuner.default_gains(study).replace(values)"),
     ("a study", "items", "tuner.make_study(tables)"),
 )

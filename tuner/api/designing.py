@@ -216,9 +216,9 @@ def designed(study: PlantStudy, proposal: Proposal) -> Design:
         DesignedChannel(channel=name, designed=each.designed, why=each.why, ms=finite(each.ms), mt=finite(each.mt))
         for name, each in proposal.channels.items()
     ]
-    lacking = [
-        f"No design for {each.channel}: {each.why}; the default gains stand in." for each in loops if not each.designed
-    ]
+    reasons = dict.fromkeys(each.why for each in loops if not each.designed)
+    without = {why: [each.channel for each in loops if each.why == why and not each.designed] for why in reasons}
+    lacking = [f"No design for {listing(names)}: {why}; the default gains stand in." for why, names in without.items()]
     gains = {"default": gains_of_plant(study, default), "design": gains_of_plant(study, row)}
     limits = study if study.table.margin else None
     margins = {name: each.judge_margins(Trim(), limits, False)[1] for name, each in gains.items()}

@@ -178,6 +178,7 @@ class Resolved(Document):
     guarantee: list[dict[str, Json]] = []
     margin: list[dict[str, Json]] = []
     disturbance_gain: list[dict[str, Json]] = []
+    observer: dict[str, Json] | None = None
     cost: list[dict[str, Json]] = []
     search: ResolvedSearch
     pick: dict[str, Json] = {}

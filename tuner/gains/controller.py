@@ -106,17 +106,18 @@ class ControllerPart(NamedTuple):
 
 @dataclass(frozen=True)
 class TunedLoops:
-    """Loops of a plant with their gains. control_period [s]; gains: by address."""
+    """Loops of a plant with their gains. control_period [s]; gains: by address; observer: its title, "" without one."""
 
     channels: tuple[Channel, ...]
     control_period: float
     gains: Mapping[str, float]
+    observer: str = ""
 
     @classmethod
     def of(cls, system: PlantSystem, row: np.ndarray) -> Self:
         """Return the loops of a system with a gains row (g,)."""
         gains = {gain.address: float(row[gain.column]) for gain in system.gains}
-        return cls(system.plan.channels, system.timing.control_period, gains)
+        return cls(system.plan.channels, system.timing.control_period, gains, system.plan.observer_title)
 
     @classmethod
     def read(cls, document: Row, file: Path | None) -> Self:
@@ -134,7 +135,8 @@ class TunedLoops:
             message = f"given {table.version}; this gainproof reads version {PLANT_VERSION}"
             raise InputError(message, file=file, key="version")
         channels = tuple(listed("channels", file, table.channels, channel_of))
-        return cls(channels, table.control_period.value, {name: entry.value for name, entry in table.gains.items()})
+        gains = {name: entry.value for name, entry in table.gains.items()}
+        return cls(channels, table.control_period.value, gains, table.observer)
 
     def row(self, system: PlantSystem, origin: Path | None) -> np.ndarray:
         """Return the gains row (g,) of a system with these channels; InputError where one is missing. origin: who gives them."""
@@ -166,7 +168,8 @@ class TunedLoops:
         if set(mine) != set(its):
             return [f"channels {', '.join(mine)} instead of {', '.join(its)}"]
         pairs: list[tuple[str, object, object]] = [
-            ("control_period [s]", self.control_period, system.timing.control_period)
+            ("control_period [s]", self.control_period, system.timing.control_period),
+            ("observer", self.observer or "none", system.plan.observer_title or "none"),
         ]
         for name, channel in mine.items():
             other = its[name]

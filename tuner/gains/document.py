@@ -135,6 +135,7 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
         "actuators": [_finite(vars(actuator)) for actuator in plan.actuators],
         "channels": [_finite({**vars(channel), "law": channel.law.name}) for channel in plan.channels],
         "gains": {gain.address: stated(float(gains[gain.column]), gain.unit) for gain in system.gains},
+        **({"observer": plan.observer_title} if plan.observer else {}),
     }
 
 

@@ -290,3 +290,5 @@ class LoopsTable(StrictTable):
     """Loops, in the keys of a study."""
     gains: dict[str, NumberTable]
     """Gains by address."""
+    observer: str = ""
+    """Observer of the study, by its keys; by default none."""

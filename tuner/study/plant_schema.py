@@ -180,6 +180,28 @@ class DisturbanceGainTable(StrictTable):
     """Largest gain over frequency, in units of output over disturbance."""
     hard: bool = True
     """Do not fly candidates that break it; false: a constraint like any other."""
+    spread: bool = False
+    """Also for plants at the corners of the scenarios' spreads; the largest gain counts."""
+
+    @model_serializer(mode="wrap")
+    def _without_spread(self, handler: Any) -> dict[str, Any]:
+        """Leave out a spread that is not given: recorded studies keep their digests."""
+        return {key: value for key, value in handler(self).items() if key != "spread" or value}
+
+
+class ObserverTable(StrictTable):
+    """[observer]: estimates of outputs without a sensor, from the model of the nominal plant."""
+
+    measured: Annotated[list[str], Field(min_length=1)]
+    """Outputs with a sensor."""
+    time: float | None = None
+    """Slowest time constant of the estimates' errors [s]; leave noise and input_noise out."""
+    noise: dict[str, float] = Field(default={})
+    """Standard deviation of each measurement, for a Kalman filter, in the unit of the output."""
+    input_noise: dict[str, float] = Field(default={})
+    """Standard deviation of a random value that each input adds in a control period, in its unit."""
+    filtered: bool = False
+    """Whether channels read estimates of the measured outputs too; an integral then removes the error of the estimate."""
 
 
 class PlantStudyTable(StrictTable):
@@ -208,5 +230,6 @@ class PlantStudyTable(StrictTable):
     constraint: list[schema.ConstraintTable] = Field(default=[])
     margin: list[schema.MarginTable] = Field(default=[])
     disturbance_gain: list[DisturbanceGainTable] = Field(default=[])
+    observer: ObserverTable | None = None
     search: schema.SearchTable = schema.SearchTable()
     pick: schema.PickTable = schema.PickTable()

@@ -25,7 +25,7 @@ from plant.origin import origins
 from plant.own_code import run_own_code
 from plant.records import flatten, paths
 from plant.texts import PlainTable, PlainValue
-from tuner.extension import find
+from tuner.extension import find, refuse_lacking
 from tuner.gains import TunedLoops, plant_gains_document, read_loops
 from tuner.gains.channels import channel_of
 from tuner.gains.ranges import LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS, check_multiple, check_period, timing_of
@@ -65,7 +65,9 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
-    guards: ClassVar[frozenset[str]] = frozenset(("unjudged", "signals_after_end", "unlimited_margins"))
+    guards: ClassVar[frozenset[str]] = frozenset(
+        ("unjudged", "signals_after_end", "unlimited_margins", "unsampled_modes")
+    )
     plant_step_key: ClassVar[str] = "plant.plant_step"
     period_key: ClassVar[str] = "control_period"
     flies: ClassVar[str] = "a plant of one's own"
@@ -93,8 +95,13 @@ class PlantStudy(TuningStudy):
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
-        """Its plant."""
-        return ("plant", self.system.plant.title), ("laws", self.law_text)
+        """Its plant, laws and observer."""
+        rows = [
+            ("plant", self.system.plant.title),
+            ("laws", self.law_text),
+            ("observer", self.system.plan.observer_title),
+        ]
+        return tuple(row for row in rows if row[1])
 
     @property
     def followed(self) -> list[Followed]:
@@ -169,7 +176,13 @@ class PlantStudy(TuningStudy):
         system = self.system
         limits = {(each.name, each.output): each.limit for each in system.plan.outer}
         channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
-        plan = plan_loop(system.plant, channels, system.plan.actuators, system.plan.watched)
+        plan = plan_loop(system.plant, channels, system.plan.actuators, system.plan.watched, system.plan.observer)
+        if loops.observer != plan.observer_title:
+            raise InputError(
+                f"given {loops.observer or 'none'}; allowed: {plan.observer_title or 'none'}, as the study has: compare loops "
+                "with one observer",
+                key="observer",
+            )
         judged = {axis for metric in self.judged_metrics for axis in metric.axes}
         missing = sorted(judged - set(plan.judged))
         if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
@@ -205,7 +218,7 @@ class PlantStudy(TuningStudy):
         given = self.table.plant.model_dump(
             mode="json", exclude={"fmu", *FMU_KEYS} if self.table.plant.fmu is None else None
         )
-        unused = None if self.table.disturbance_gain else {"disturbance_gain"}
+        unused = {key for key in ("disturbance_gain", "observer") if not getattr(self.table, key)}
         plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
         return {
             **self.table.model_dump(mode="json", by_alias=True, exclude=unused),
@@ -251,6 +264,10 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         if table.plant.dead_time:
             actuators = tuple(_behind_dead_time(actuators, plant, table.plant.dead_time, h))
         plan = plan_loop(plant, channels, actuators)
+        if table.observer is not None:
+            refuse_lacking("tables", "observer")
+            with located(path, "observer"):
+                plan = find("observers", "observer", "observer")(table.observer, plant, plan, parameters, h)
         with located(path, "plant"):
             plan = plan.watching(_signals_with_limits(plant, plan, table.plant.lost_beyond))
             made = partial(kind, plant, plan, parameters)

@@ -58,7 +58,7 @@ WRONG = {
     "rest gives no number": (
         SEEN, SEEN + '\n\ndef rest(p):\n    return State(1e309, 0.0), Input(0.0)\n', "def rest", "finite",
     ),
-    "no output": ("def output", "def result", "", "output"),
+    "no output": ("def output", "def result", "", "given the functions derivative, result; write def output(state, input, "),
     "no state": ("class State", "class Stat", "", "State"),
     "a helper with an if": (
         CURRENT, "    current = flow(input, state, p)\n", "    if state", "select",

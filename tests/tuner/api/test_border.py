@@ -41,6 +41,7 @@ class Designed:
         (lambda: tuner.fly(), "missing a required argument: 'gains'; arguments: gains, study, "),
         (lambda: tuner.compare("one.json"), "allowed: a list of text or a path or Results or Gains"),
         (lambda: tuner.compare(["one.json", Designed()]), "give design.gains"),
+        (lambda: tuner.compare(tuner.default_gains("pid")), "give a list of them, .gains."),
         (lambda: tuner.run({"title": "x"}), "allowed: a study, text, a path; give tuner.make_study.tables."),
         (lambda: tuner.make_study("x"), "tables: given 'x'; allowed: a dict"),
         (lambda: tuner.default_gains("pid").replace(kp="a"), "replace: kp: given 'a'; allowed: float"),

@@ -80,7 +80,8 @@ def test_the_table_of_bundled_names_is_that_of_the_records_of_the_wheel():
             assert names == {name: record.name for record in bundled for name in getattr(record, part)}, part
     studies = {load(kind).table: record.name for record in bundled for kind in record.studies.values()}
     requirements = {table: record.name for record in bundled for table in record.requirements}
-    assert BUNDLED_NAMES["tables"] == studies | requirements
+    observers = {table: record.name for record in bundled for table in record.observers}
+    assert BUNDLED_NAMES["tables"] == studies | requirements | observers
 
 
 def test_a_name_of_an_installed_extension_or_of_none_is_not_refused(monkeypatch):

@@ -13,7 +13,7 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import Worst
 from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.margins.trim import Trim
-from objectives.requirements import worst_place
+from objectives.requirements import known_values, requirements_of, worst_place
 from objectives.scales import units_of
 from plant.errors import InputError
 from plant.quadrotor.nominal import nominal
@@ -166,7 +166,7 @@ def limited_row(
 
 def requirement_row(
     label: str,
-    quantity: str,
+    quantity: str | None,
     units: dict[str, str],
     value: float,
     limit: float,
@@ -277,6 +277,25 @@ def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | N
     return limited_rows(
         requirements, margin_values(requirements, study.path, study.system, study.space, specs).values(row[None])
     )
+
+
+def rows_without_loop(study: PlantStudy, row: np.ndarray) -> list[LimitRow]:
+    """Return the rows of a plant study's requirements of no loop: gains from a disturbance."""
+    screens = study.screens[1:] if study.table.margin else study.screens
+    values = known_values(screens, row[None], complete=True)[0]
+    return [
+        requirement_row(
+            each.label,
+            None,
+            each.units(),
+            float(each.in_file(value)),
+            float(each.in_file(each.limit)),
+            bool(each.is_satisfied(value)),
+            each.sense,
+            each.hard,
+        )
+        for each, value in zip(requirements_of(screens), values, strict=True)
+    ]
 
 
 def limited_rows(

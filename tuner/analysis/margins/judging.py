@@ -10,6 +10,7 @@ from tuner.analysis.margins.document import (
     plant_margins_document,
     plant_requirements,
     requirements_in,
+    rows_without_loop,
     study_requirements,
 )
 from tuner.analysis.margins.readings import Loops, plant_subject, subject_of
@@ -38,7 +39,8 @@ def judge_plant(controller: PlantController, by_study: bool, certified: bool) ->
     """Return the margins at rest; by_study: by the limits of the controller's study."""
     subject = plant_subject(controller.study.system, np.array(controller.gains))
     limits = plant_requirements(controller.study, subject.row) if by_study else None
-    document = plant_margins_document(subject, default_requirements(subject) if limits is None else limits)
+    rows = default_requirements(subject) if limits is None else limits
+    document = plant_margins_document(subject, [*rows, *rows_without_loop(controller.study, subject.row)])
     if certified:
         document = document.model_copy(update={"certificates": _proved("plant", subject)})
     return subject, document, limits is not None

@@ -41,7 +41,7 @@ def print_export(made: "Exported", _: Console) -> None:
         if is_compared(document):
             say(said_of_before(document))
     console.print(changes_table(verification))
-    say(said_of_margins(verification))
+    say(said_of_margins(verification, "at hover" if document.plant is None else "at rest"))
     for sentence in said_of_filter(verification):
         say(sentence)
     for sentence in document.lossy:
@@ -170,8 +170,8 @@ def changed_margins(verification: VerificationPart) -> list[RoundedMargin]:
     ]
 
 
-def said_of_margins(verification: VerificationPart) -> str:
-    """Return in a sentence what becomes of the limits on margins."""
+def said_of_margins(verification: VerificationPart, where: str) -> str:
+    """Return in a sentence what becomes of the limits on margins; where: "at hover" or "at rest"."""
     rows = verification.margins
     if not rows:
         return "No margins: this controller holds no steady hover."
@@ -183,7 +183,7 @@ def said_of_margins(verification: VerificationPart) -> str:
         else "none changes in five digits"
     )
     return (
-        f"After rounding alone the loops satisfy {satisfied} of {len(rows)} limits on margins at hover; {changed}. Rates and "
+        f"After rounding alone the loops satisfy {satisfied} of {len(rows)} limits on margins {where}; {changed}. Rates and "
         "delays of the target, and filters of it that are none of these gains, are not in these figures."
     )
 

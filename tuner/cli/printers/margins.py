@@ -38,8 +38,10 @@ def print_margins(margins: "Margins", console: Console) -> None:
             f"{shown(bound.low, 2)} to {shown(bound.high, 2)} or every phase by "
             f"{degrees(bound.phase.value or 0.0):.0f} deg, all together.",
         )
-    if from_study:
-        console.print(requirements_table(document.requirements))
+    # The table of margins has no cell for a limit of a study that is of no loop.
+    limits = [row for row in document.requirements if from_study or row.quantity is None]
+    if limits:
+        console.print(requirements_table(limits))
     print_states(console, document.requirements if from_study else by_quantity(document.requirements))
     print_limit_cycles(console, document)
     print_extents(console, document)
@@ -262,9 +264,9 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
         values = [c.quantities[name].value for document in (default, design) for c in document.channels]
         unit, per_unit = time_unit(name, values)
         for who, document in (("default", default), ("design", design)):
+            texts = [reading(c.quantities[name], name, per_unit) if c.stable else "-" for c in document.channels]
             cells = [
-                mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
-                for c in document.channels
+                mark(text, marks[who].get((c.channel, name))) for text, c in zip(texts, document.channels, strict=True)
             ]
             table.add_row(heading(name, unit, document) if who == "default" else "", who, *cells)
     return table

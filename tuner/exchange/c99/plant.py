@@ -87,7 +87,7 @@ def tuned_plant(system: PlantSystem, gains: Sequence[float]) -> TunedPlant:
         if not isfinite(value):
             raise InputError(f"given {value}; a gain must be finite", key=address)
     outputs = system.plant.Output.__annotations__
-    read = {name for each in system.plan.channels for name in (each.output, each.rate_output) if name}
+    read = system.plan.sensed
     Measured = record_type("Measured", {name: part for name, part in outputs.items() if name in read})
     setpoints = {each.name: _setpoint(each.name, unit_of(outputs[each.output])) for each in system.plan.outer}
     for name in (*system.plan.names, *Measured._fields, *system.plant.Input._fields):
@@ -155,8 +155,9 @@ def plant_program(tuned: TunedPlant) -> Program:
 
 
 def channel_lines(plan: LoopPlan) -> list[str]:
-    """Return a line for each channel: law, output, where its command goes, and how often it steps if not every period."""
-    return [
+    """Return a line for each channel: law, output, where its command goes, how often it steps; and one for an observer."""
+    observer = [f"{'observer':<13} {plan.observer_title}"] if plan.observer else []
+    return observer + [
         f"{each.name:<13} {each.law.name}, from {each.output} to {each.to}"
         + (f", every {each.every} periods" if each.every > 1 else "")
         for each in plan.channels

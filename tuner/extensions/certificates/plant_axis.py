@@ -96,6 +96,8 @@ class PlantAxis:
         plan = self.system.plan
         if not self.system.has_equations:
             return "the plant is an FMU, which does not show its equations"
+        if plan.observer is not None:
+            return "channels read an observer, which no proof models"
         if any(channel.every > 1 for channel in plan.channels):
             return "channels step at several rates; a proof takes those that all step together"
         if self.law not in MODELLED:

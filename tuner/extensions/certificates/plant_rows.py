@@ -38,7 +38,7 @@ def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
     pushes = paths(system.plant.Disturbance) or [actuator.name for actuator in system.plan.actuators]
     axes = [PlantAxis(subject.system, tuple(map(float, subject.row)), name, push) for push in pushes]
     law_name, on_rates = axes[0].law, CERTIFICATES["supertwisting"]
-    if law_name in on_rates.laws and subject.system.has_equations:
+    if law_name in on_rates.laws and system.has_equations and system.plan.observer is None:
         yield certificate_row(name, on_rates.name, on_rates.title, on_rates.source, supertwisting(axes[0]))
         if law_name not in MODELLED:
             return

@@ -1,6 +1,7 @@
 """State feedback as gains of channels: LQR, LQI and pole placement.
 
-All states are measured. Commands of several channels on one input add up, so a channel from every output to every input is
+All states are outputs, measured or estimated by the observer of the study. Commands of several channels on one input add
+up, so a channel from every output to every input is
 u = -K x: kp of a channel is an entry of K, kd one for its `rate_output`, ki one for the integral of its output's error. The plant
 is sampled exactly with its commands held, and integrals are those of the law, so the sampled loop has the designed poles.
 
@@ -12,7 +13,7 @@ from collections.abc import Callable
 from math import inf, isfinite
 
 import numpy as np
-from scipy.linalg import block_diag, expm, solve_discrete_are
+from scipy.linalg import block_diag, solve_discrete_are
 
 from objectives.design.plant_design import ChannelDesign
 from plant.model.plan import Channel
@@ -21,14 +22,13 @@ from plant.records import paths
 from tuner.api.designing import Proposal
 from tuner.extensions.design_rules.peaks import judged
 from tuner.extensions.design_rules.process import NoProcessError
+from tuner.extensions.design_rules.sampling import sampled_outputs, spaced_poles
 from tuner.study.plant_study import PlantStudy
 
 Array = np.ndarray
 LAW = "pid_parallel"
 # Errors that last so many control periods count in an integral as much as they do at once.
 INTEGRAL_PERIODS = 100
-# Share by which each pole is faster than the one before, because equal ones need as many inputs.
-POLE_SPACING = 0.1
 # Relative size below which an entry of K is no gain.
 NOTHING = 1e-9
 # A proportional gain of nothing, which must be above 0.
@@ -81,24 +81,23 @@ class SampledPlant:
 
     def _sampled(self, equations: LinearEquations) -> tuple[Array, Array]:
         """Return the matrices of one period, from signals and commands to signals."""
-        a, b, c = equations.a, equations.b, equations.c
-        n = len(a)
+        n = len(equations.a)
         if len(self.outputs) != n:
             raise NoProcessError(
-                f"state feedback needs every state measured: the plant has {n} states, its channels feed back "
-                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel"
+                f"state feedback needs every state as an output: the plant has {n} states, its channels feed back "
+                f"{len(self.outputs)} outputs ({', '.join(self.outputs)}); give each state an output and a channel, and name "
+                "those with a sensor in [observer]"
             )
+        rows = [self.plant.Output._fields.index(name) for name in self.outputs]
         columns = [paths(self.plant.Input).index(name) for name in self.inputs]
-        moved = expm(self.h * np.block([[a, b[:, columns]], [np.zeros((len(columns), n + len(columns)))]]))
-        shown = c[[self.plant.Output._fields.index(name) for name in self.outputs]]
-        if np.linalg.matrix_rank(shown) < n:
+        sampled = sampled_outputs(equations, rows, columns, self.h)
+        if sampled is None:
             raise NoProcessError("its outputs are not independent; give each state an output of its own")
-        back = np.linalg.inv(shown)
         picked = np.array([[float(f"integral of {name}" == each) for name in self.outputs] for each in self.integrals])
-        wide = np.asarray(block_diag(shown @ moved[:n, :n] @ back, np.eye(len(self.integrals))))
+        wide = np.asarray(block_diag(sampled[0], np.eye(len(self.integrals))))
         if len(self.integrals):
             wide[n:, :n] = -self.h * picked
-        return wide, np.concatenate([shown @ moved[:n, n:], np.zeros((len(self.integrals), len(columns)))])
+        return wide, np.concatenate([sampled[1], np.zeros((len(self.integrals), len(columns)))])
 
     def weights(self, time: float | None) -> tuple[Array, Array]:
         """Return the weights of signals and of commands.
@@ -132,7 +131,7 @@ def poles(sampled_plant: SampledPlant, time: float | None) -> Array:
 
     if time is None:
         raise NoProcessError("poles needs --time, the slowest time constant of the closed loop [s]")
-    placed = np.exp(-sampled_plant.h / time * (1.0 + POLE_SPACING * np.arange(len(sampled_plant.a))))
+    placed = spaced_poles(time, sampled_plant.h, len(sampled_plant.a))
     try:
         return np.asarray(vars(place_poles(sampled_plant.a, sampled_plant.b, placed))["gain_matrix"])
     except ValueError as error:
@@ -156,7 +155,7 @@ def propose(method: Callable[[SampledPlant, float | None], Array], study: PlantS
 def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Array) -> Array:
     """Return a gains row with the entries of K; NoProcessError for one that no channel can fly."""
     columns = {gain.address: gain.column for gain in study.system.gains}
-    row, least = row.copy(), NOTHING * np.abs(k).max()
+    row, least, wrong, signs = row.copy(), NOTHING * np.abs(k).max(), list[str](), dict[str, set[bool]]()
     for signal, of_signal in zip(sampled_plant.signals, k.T, strict=True):
         for name, value in zip(sampled_plant.inputs, of_signal.tolist(), strict=True):
             # Integrals are of r - y, and u = -K x has them with the other sign than the outputs.
@@ -167,11 +166,20 @@ def with_gains(study: PlantStudy, row: Array, sampled_plant: SampledPlant, k: Ar
                 raise NoProcessError(f"no channel feeds {signal} back to {name}; K has {value:.4g} there: add one")
             channel, gain = sampled_plant.entries[signal, name]
             scaled = value * channel.b0
+            if abs(scaled) > least:
+                signs.setdefault(channel.name, set()).add(scaled > 0.0)
             if scaled < -least:
-                raise NoProcessError(_wrong_sign(channel, gain, value))
+                wrong.append(_wrong_sign(channel, gain, value))
             row[columns[f"{channel.name}.{gain}"]] = max(scaled, MIN_GAIN if gain == "kp" else 0.0)
             if gain == "kd":
                 row[columns[f"{channel.name}.t_f"]] = 0.0
+    if mixed := [name for name, both in signs.items() if len(both) > 1]:
+        raise NoProcessError(
+            f"entries of K for one channel differ in sign ({', '.join(mixed)}); change the weights, or give its rate or integral "
+            "to no channel"
+        )
+    if wrong:
+        raise NoProcessError("; ".join(wrong))
     return row
 
 

@@ -29,22 +29,25 @@ class DisturbanceResponse:
         system: The plant with its loops.
         disturbance: Name of a field of Disturbance.
         output: Name of an output.
+        parameters: Parameters of the plant, by default the nominal ones.
     """
 
-    def __init__(self, system: PlantSystem, disturbance: str, output: str) -> None:
+    def __init__(self, system: PlantSystem, disturbance: str, output: str, parameters: Any = None) -> None:
         plant = system.plant
         if not hasattr(plant, "derivative"):
             raise InputError("an FMU has no equations; limit a metric of its flights instead", key="disturbance")
         check_name("disturbance", disturbance, paths(plant.Disturbance), key="disturbance")
         check_name("output", output, paths(plant.Output), key="output")
-        self._period = PlantPeriod(system)
+        parameters = system.parameters if parameters is None else parameters
+        self._period = PlantPeriod(system, parameters)
         if self._period.periods > 1:
             raise InputError(
-                "channels step at several rates, so there is no single gain; limit a metric of flights instead",
+                "channels step at several rates, so a sine is answered at several frequencies and has no gain; limit a metric "
+                "of flights instead",
                 key="output",
             )
         self._shown = paths(self._period.state).index(f"body.shown.{output}")
-        self._entry = _held_disturbance(system, paths(plant.Disturbance).index(disturbance))
+        self._entry = _held_disturbance(system, parameters, paths(plant.Disturbance).index(disturbance))
 
     def peaks(self, gains: Array) -> Array:
         """Return the largest gain (n,) over frequency, infinite for unstable loops.
@@ -110,10 +113,10 @@ def _near(poles: Array) -> Array:
     return np.clip(np.abs(np.angle(seen))[:, None] + width[:, None] * RESONANCE_OFFSETS, 0.0, np.pi).ravel()
 
 
-def _held_disturbance(system: PlantSystem, column: int) -> Array:
+def _held_disturbance(system: PlantSystem, parameters: Any, column: int) -> Array:
     """Return the body (b,) after a control period under a unit disturbance: states, actuators, outputs."""
     plant: Any = system.plant
-    equations = linear_equations(plant, system.parameters)
+    equations = linear_equations(plant, parameters)
     m = size(plant.Input)
     b, d = equations.b[:, m + column], equations.d[:, m + column]
     n = len(b)

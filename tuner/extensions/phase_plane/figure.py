@@ -14,13 +14,15 @@ from tuner.text.units import bracketed, in_degrees
 MAX_OTHERS = 15
 FIRST, OTHERS = Look("tuned", width=1.4), Look("faint", width=0.7)
 REST = Look("ink", "cross-thin", size=14)
-HEIGHT = 2.8
+# Heights of a panel [inch], and of one alone, which is as wide as two.
+HEIGHT, HEIGHT_ALONE = 2.8, 4.2
 
 
 def phase_sheet(loops: Sequence[Trajectories], scenario: str) -> FigureSpec:
     """Return a panel for each loop, the first flight on top."""
     panels = [_panel(each) for each in loops]
-    return FigureSpec(panels, min(len(panels), 2), HEIGHT, titled=True, note=f"scenario {scenario}")
+    height = HEIGHT_ALONE if len(panels) == 1 else HEIGHT
+    return FigureSpec(panels, min(len(panels), 2), height, titled=True, note=f"scenario {scenario}")
 
 
 def _panel(loop: Trajectories) -> Panel:

@@ -5,9 +5,11 @@ from collections.abc import Collection
 import control
 import numpy as np
 import pytest
+from rich.console import Console
 
 import tuner
 from objectives.margins.plant_period import PlantPeriod
+from tuner.cli.printers.margins import both_margins
 from tuner.extensions.design_rules.process import NoProcessError
 from tuner.extensions.design_rules.state_feedback import SampledPlant, lqr, poles, propose, with_gains
 from tuner.study.plant_study import PlantStudy
@@ -151,3 +153,26 @@ def test_a_study_that_lacks_something_keeps_its_gains_and_says_why(options, reas
     proposal = propose(lqr, made, None)
     assert np.array_equal(proposal.row, made.default_row)
     assert all(reason in each.why and not each.designed for each in proposal.channels.values())
+
+
+def test_margins_of_an_unstable_default_are_dashes_next_to_the_design():
+    made = tuner.make_study(
+        {
+            "title": "Cart", "seed": 1,
+            "plant": {
+                "state_space": {"A": [[0.0, 1.0], [0.0, 0.0]], "B": [[0.0], [1.0]], "C": [[1.0, 0.0], [0.0, 1.0]]},
+                "control_period": H, "outputs": ["place", "speed"],
+            },
+            "channel": [{"name": "cart", "law": "pid_parallel", "output": "place", "rate_output": "speed", "to": "u", "lost_beyond": 2.0}],
+            "gains": {"cart.kp": {"low": 0.1, "high": 50.0}, "cart.ki": 0.0, "cart.kd": 0.0, "cart.t_f": 0.0},
+            "scenario": [{"name": "rest", "duration": 1.0, "search": 2, "held_out": 2}],
+            "objective": [{"metric": "rms.cart"}],
+            "mission": {"off": ["rms.cart"]},
+        }
+    )  # fmt: skip
+    console = Console(width=100)
+    with console.capture() as capture:
+        console.print(both_margins(tuner.design(made, method="lqr").margins))
+    rows = [line.split() for line in capture.get().splitlines()]
+    default, design = (next(row for row in rows if who in row)[-1] for who in ("default", "design"))
+    assert default == "-!" and design not in ("-", "-!")

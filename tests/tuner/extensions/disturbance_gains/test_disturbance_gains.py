@@ -86,3 +86,45 @@ def test_an_unknown_name_is_refused_with_those_there_are(change, said):
     limit = {"disturbance": "road", "output": "acceleration", "max": 1.0, **change}
     with pytest.raises(InputError, match=said):
         quarter_car(disturbance_gain=[limit])
+
+
+def lag_study(**changes):
+    """1.0/(s + 1) under a gain of 4, whose own gain varies by 20 %."""
+    tables = {
+        "title": "Lag", "seed": 1,
+        "plant": {"transfer_function": {"numerator": [1.0], "denominator": [1.0, 1.0]}, "control_period": H},
+        "channel": [{"name": "lag", "law": "pid_parallel", "output": "y", "to": "u", "lost_beyond": 9.0}],
+        "gains": {"lag.kp": {"low": 1.0, "high": 9.0, "default": 4.0}, "lag.ki": 0.0, "lag.kd": 0.0, "lag.t_f": 0.0},
+        "scenario": [{"name": "rest", "duration": 1.0, "search": 2, "held_out": 2, "spread": {"b0": 0.2}}],
+        "objective": [{"metric": "rms.lag"}],
+        "mission": {"off": ["rms.lag"]},
+        "disturbance_gain": [
+            {"disturbance": "u_load", "output": "y", "max": 0.205},
+            {"disturbance": "u_load", "output": "y", "max": 0.205, "spread": True},
+        ],
+    }  # fmt: skip
+    return tuner.make_study({**tables, **changes})
+
+
+def test_the_largest_gain_in_a_spread_is_that_of_the_strongest_plant_and_is_shown_with_the_margins():
+    """At rest K/(1 + 4 K): 1/5 as assumed, 1.2/5.8 with 20 % more gain."""
+    found = tuner.margins(tuner.default_gains(lag_study()))
+    rows = {row.label: row for row in found.document.requirements if row.label.startswith("disturbance_gain")}
+    nominal, spread = (rows[f"disturbance_gain(u_load, y{text})"] for text in ("", ", spread"))
+    assert nominal.value == pytest.approx(0.2, rel=1e-9) and nominal.is_satisfied
+    assert spread.value == pytest.approx(1.2 / 5.8, rel=1e-9) and not spread.is_satisfied
+    assert not found.passed
+
+
+def test_a_spread_without_a_scenario_that_has_one_is_refused():
+    rest = {"name": "rest", "duration": 1.0, "search": 2, "held_out": 2}
+    with pytest.raises(
+        InputError, match=r"disturbance_gain\[1\].spread: no scenario spreads a parameter; write spread.NAME"
+    ):
+        lag_study(scenario=[rest])
+
+
+def test_channels_of_several_rates_are_refused_with_the_reason():
+    slow = {"name": "lag", "law": "pid_parallel", "output": "y", "to": "u", "lost_beyond": 9.0, "every": 2}
+    with pytest.raises(InputError, match=r"disturbance_gain\[0\].output: channels step at several rates, so a sine"):
+        lag_study(channel=[slow])

@@ -12,6 +12,7 @@ from plant.backends.c_code import REALS
 from plant.records import flatten
 from tests.clients import ask
 from tests.tuner.conftest import QUICKSTART
+from tests.tuner.extensions.design_rules.test_observer import mass_study
 from tests.tuner.extensions.fmi.fmus import HEAD
 from tuner.exchange.c99.plant import plant_flight, tuned_plant
 from tuner.exchange.target import PlantRequest
@@ -23,7 +24,10 @@ STEPS = 300
 
 
 def request(name, real="double"):
-    study = tuner.load_study(QUICKSTART.with_name(f"{name}.toml"), kind=PlantStudy)
+    if name == "sensorless":
+        study = mass_study({"noise": {"place": 1e-3}, "input_noise": {"u": 1.0}})
+    else:
+        study = tuner.load_study(QUICKSTART.with_name(f"{name}.toml"), kind=PlantStudy)
     return PlantRequest(PlantController(study, tuple(study.default_row)), "0" * 64, {"real": real})
 
 
@@ -32,9 +36,9 @@ def numbers(records):
     return [float(value[0] if hasattr(value, "__len__") else value) for record in records for value in flatten(record)]
 
 
-@pytest.mark.parametrize("name", ["dc_motor", "two_masses"])
+@pytest.mark.parametrize("name", ["dc_motor", "two_masses", "sensorless"])
 def test_fmpy_gets_the_commands_of_our_own_functions(name, tmp_path):
-    """dc_motor has a delayed input, two_masses an observer."""
+    """dc_motor has a delayed input, two_masses a law with an observer, the last study no sensor of the speed that it feeds back."""
     asked = request(name)
     tuned = tuned_plant(asked.controller.study.system, asked.controller.gains)
     (begun, *_), *flown = plant_flight(tuned, REALS["double"], STEPS)

@@ -72,3 +72,10 @@ def test_the_figure_has_a_panel_with_units_and_a_file(tmp_path):
     with pytest.raises(InputError, match="allowed endings: .png, .pdf, .svg"):
         phase_plane(flights, tmp_path / "phase.txt")
     assert "phase_plane" in tuner.__all__
+
+
+def test_the_command_draws_the_loops_of_gains_and_names_them(small_run, tmp_path, tuner):
+    folder, picture = small_run[1], tmp_path / "phase.svg"
+    done = tuner("phase-plane", folder / "gains.json", "--seeds", 2, "--plot", picture)
+    assert done.stdout.startswith("Phase planes of x, y, z, roll, pitch and yaw, two flights of scenario ")
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")

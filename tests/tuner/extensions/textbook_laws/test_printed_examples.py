@@ -36,10 +36,13 @@ def test_a_cruise_control_that_cancels_the_pole_answers_as_one_lag():
     assert flown.overshoot == pytest.approx(0.0, abs=1e-3)
 
 
-def test_the_pitch_of_an_aircraft_meets_the_printed_requirements():
-    """Control Tutorials, pitch: kp = 9, kd = 4 rises in 2 s, overshoots by less than 10 % and settles in 10 s."""
+@pytest.mark.parametrize(
+    ("kp", "ki", "kd"), [(9.0, 0.0, 4.0), (1.74 * 2.98, 1.74, 1.74 * 1.716)], ids=["PD", "PID of the newer page"]
+)
+def test_the_pitch_of_an_aircraft_meets_the_printed_requirements(kp, ki, kd):
+    """Control Tutorials, pitch: both print less than 2 s of rise, less than 10 % of overshoot and settling within 10 s."""
     system = loop_of(*PITCH, "pid_parallel", 0.01)
-    flown = answer(system, 20.0, kp=9.0, ki=0.0, kd=4.0, t_f=0.0, c=1.0)
+    flown = answer(system, 20.0, kp=kp, ki=ki, kd=kd, t_f=0.0, c=1.0)
     assert flown.rise < 2.0 and 0.0 < flown.overshoot < 10.0 and flown.settling() < 10.0
 
 
@@ -70,10 +73,20 @@ def test_a_pi_of_a_toolbox_has_the_printed_crossover_and_phase_margin(kp, ki, cr
     assert np.degrees(found.phase.value[0, 0]) == pytest.approx(phase, abs=0.3)
 
 
+def test_a_pid_of_a_toolbox_has_the_printed_crossover_and_phase_margin():
+    """MathWorks, the same page: PIDF with a target of 1 rad/s, whose phase margin is 60 deg again."""
+    found = margins_of(loop_of(*THIRD_ORDER, "pid_parallel", 0.0005), kp=2.72, ki=0.985, kd=1.72, t_f=0.00875)
+    assert found.crossover.value[0, 0] == pytest.approx(1.0, rel=5e-3)
+    assert np.degrees(found.phase.value[0, 0]) == pytest.approx(60.0, abs=0.1)
+
+
 def test_a_two_degree_of_freedom_pid_crosses_where_it_was_designed_to_and_its_weight_takes_the_overshoot():
-    """MathWorks, Tune 2-DOF PID Controller: 1/(s^2 + 0.5 s + 0.1), target 1.5 rad/s, b = 0.665, c = 0."""
+    """MathWorks, Tune 2-DOF PID Controller: 1/(s^2 + 0.5 s + 0.1), target 1.5 rad/s, b = 0.665, c = 0.
+
+    The page prints these numbers alone; its overshoots are curves, and words: the weights take the overshoot away.
+    """
     system = loop_of([1.0], [1.0, 0.5, 0.1], "pid_parallel", 0.005)
     gains = {"kp": 1.26, "ki": 0.255, "kd": 1.38, "t_f": 0.0}
     assert margins_of(system, **gains).crossover.value[0, 0] == pytest.approx(1.5, rel=5e-3)
     one, two = (answer(system, 40.0, **gains, b=b, c=c) for b, c in ((1.0, 1.0), (0.665, 0.0)))
-    assert two.overshoot < 0.5 * one.overshoot
+    assert one.overshoot > 8.0 and two.overshoot == pytest.approx(0.0, abs=0.01)

@@ -26,6 +26,7 @@ from tuner.experiments.tuning.guards.before import (
     signals_after_end,
     unjudged_channels,
     unprovable_shares,
+    unsampled_modes,
     wrong_units,
 )
 from tuner.experiments.tuning.guards.leading_yaw import leading_yaw
@@ -200,6 +201,7 @@ GUARDS = {
     "signals_after_end": Guard(
         BEFORE, "references and disturbances that begin after the end of a flight", signals_after_end, False
     ),
+    "unsampled_modes": Guard(BEFORE, "modes of a plant above half the sampling rate", unsampled_modes, False),
     "mission_floor": Guard(AFTER, "candidates that satisfy all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER,

@@ -1,11 +1,14 @@
 """Warnings before a run, some of them from the vehicle alone."""
 
 from collections.abc import Sequence
-from math import pi, radians
+from math import pi, radians, tau
+
+import numpy as np
 
 from objectives.problem import Objective
 from objectives.risk import clopper_pearson, flights_to_show, minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
+from plant.model.modes import poles_at_rest
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
@@ -135,6 +138,21 @@ def signals_after_end(study: PlantStudy) -> list[str]:
         for key, signals in (("reference", entry.spec.references), ("disturbance", entry.spec.disturbances))
         for name, signal in signals.items()
         if signal.begin >= entry.spec.duration
+    ]
+
+
+def unsampled_modes(study: PlantStudy) -> list[str]:
+    """Warn of modes that swing above half the sampling rate."""
+    system = study.system
+    if not system.has_equations:
+        return []
+    poles = poles_at_rest(system.equations, system.parameters, system.plan.actuators)
+    swings, half = np.abs(np.imag(poles)) / tau, 0.5 / system.timing.control_period
+    if not swings.max(initial=0.0) > half:
+        return []
+    return [
+        f"At rest a mode swings at {swings.max():.3g} Hz, above half the sampling rate, {half:.4g} Hz, so samples show it at a "
+        f"lower frequency: write a control_period up to {0.5 / swings.max():.3g} s."
     ]
 
 

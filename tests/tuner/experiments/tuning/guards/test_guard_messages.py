@@ -7,6 +7,7 @@ import pytest
 
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
+from tuner.api.studies import make_study
 from tuner.documents.comparison_document import BoundRow
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow
@@ -189,6 +190,7 @@ def test_the_registry_knows_when_each_speaks():
         "still_rising",
         "seldom_reached",
         "unlimited_margins",
+        "unsampled_modes",
         "worse_unjudged",
         "wrong_units",
     } == {*GUARDS}
@@ -222,6 +224,29 @@ def test_signals_that_begin_after_the_end_are_named(key, signal, said):
     name = study.scenarios[0].spec.name
     texts = [text for text in warnings_before_run(study) if "after the end" in text]
     assert [text.startswith(f'Scenario "{name}": {key} {said}') for text in texts] == [True] * (said is not None)
+
+
+@pytest.mark.parametrize(
+    ("period", "said"), [(0.2, "swings at 10 Hz, above half the sampling rate, 2.5 Hz"), (0.04, "")]
+)
+def test_a_mode_above_half_the_sampling_rate_is_named(period, said):
+    """A mode of 10 Hz: w^2/(s^2 + 0.02 w s + w^2)."""
+    w = 20.0 * np.pi
+    study = make_study(
+        {
+            "title": "Mode", "seed": 1,
+            "plant": {
+                "transfer_function": {"numerator": [w**2], "denominator": [1.0, 0.02 * w, w**2]}, "control_period": period,
+            },
+            "channel": [{"name": "y", "law": "pid_parallel", "output": "y", "to": "u", "lost_beyond": 9.0}],
+            "gains": {"y.kp": 0.0001, "y.ki": {"low": 0.1, "high": 1.0}, "y.kd": 0.0, "y.t_f": 0.0},
+            "scenario": [{"name": "rest", "duration": 1.0, "search": 16, "held_out": 64}],
+            "objective": [{"metric": "rms.y", "risk": "mean"}],
+            "mission": {"off": ["rms.y"]},
+        }
+    )  # fmt: skip
+    texts = [text for text in warnings_before_run(study) if "swings" in text]
+    assert len(texts) == bool(said) and all(said in text and "up to 0.05 s" in text for text in texts)
 
 
 def test_a_share_that_the_flights_cannot_show_is_told_with_the_flights_that_it_takes():
