@@ -237,7 +237,7 @@ LAW = Law(
     gains=(
         row(
             "angle_p", "angle_p_gain", Span(50.0, 10.0, 200.0), Span(10.0, 2.0, 50.0),
-            meaning="rate asked for per angle error, in 0.1/s", unit="1", resolution=1.0,
+            meaning="rate setpoint per angle error, in 0.1/s", unit="1", resolution=1.0,
         ),
         row(
             "p", "p_*", Span(45.0, 1.0, 250.0),

@@ -10,6 +10,7 @@ sigma leaves a small error under a constant disturbance. The equations by loop a
 Betaflight pull request 15400: src/main/flight/adrc.c, build b11; src/main/flight/pid.c.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
@@ -17,8 +18,10 @@ from plant.laws.filters import Stages, settled_stages, stage_share, stages_share
 from plant.laws.law import Blocks, Law, Span
 from plant.primitives import clip, maximum, minimum, select
 from tuner.extensions.autopilots.law_parts import bounded, gain_rows
+from tuner.extensions.betaflight import betaflight_law
 from tuner.extensions.betaflight.betaflight_law import DEGREES, on_airframe
 from tuner.extensions.betaflight_adrc.equations import (
+    CRITICAL_DAMPING,
     MAX_STEP,
     AxisConstants,
     AxisMemory,
@@ -89,7 +92,17 @@ def prepare(gains: Gains, h: float) -> Constants:
     raw = schedule_scale(gains.schedule, 100.0 * gains.throttle / maximum(gains.hover, 5.0))
     leak = 0.1 * gains.sigma
     axis = AxisConstants(
-        gains.wc, gains.wc, wo, gains.b0, gyro_share(gains.lpf, h), 0.0, leak, leak, inverse_tau, gains.limit
+        gains.wc,
+        gains.wc,
+        wo,
+        gains.b0,
+        gyro_share(gains.lpf, h),
+        0.0,
+        leak,
+        leak,
+        inverse_tau,
+        gains.limit,
+        CRITICAL_DAMPING,
     )
     return Constants(
         0.1 * gains.angle_p,
@@ -138,6 +151,8 @@ def step(
 
 
 row = gain_rows(SOURCE)
+OF_BETAFLIGHT = {info.name: replace(info, source=SOURCE) for info in betaflight_law.LAW.gains}
+"""Gains of Betaflight's law: its level gain and the filters of the gyro are the same."""
 
 LAW = Law(
     name="betaflight_adrc",
@@ -151,22 +166,7 @@ LAW = Law(
     start=start,
     step=step,
     gains=(
-        row(
-            "angle_p", "angle_p_gain", Span(50.0, 10.0, 200.0), Span(10.0, 2.0, 50.0),
-            meaning="rate setpoint per angle error, in 0.1/s", unit="1", resolution=1.0,
-        ),
-        row(
-            "angle_cutoff", "angle_cutoff", Span(50.0, 0.0, 100.0), Span(0.0, 0.0, 100.0),
-            meaning="cut-off of the third-order low-pass behind the level gain, 0 for none", unit="Hz", firmware=True,
-        ),
-        row(
-            "gyro_lpf1", "gyro_lpf1_static_hz", Span(250.0, 50.0, 500.0), Span(0.0, 0.0, 500.0),
-            meaning="cut-off of the first low-pass on the gyro, first order, 0 for none", unit="Hz", resolution=1.0,
-        ),
-        row(
-            "gyro_lpf2", "gyro_lpf2_static_hz", Span(500.0, 50.0, 1000.0), Span(0.0, 0.0, 1000.0),
-            meaning="cut-off of the second low-pass on the gyro, first order, 0 for none", unit="Hz", resolution=1.0,
-        ),
+        *(OF_BETAFLIGHT[name] for name in ("angle_p", "angle_cutoff", "gyro_lpf1", "gyro_lpf2")),
         row(
             "lpf", "adrc_gyro_lpf_hz", Span(150.0, 50.0, 400.0), Span(0.0, 0.0, 400.0),
             meaning="cut-off of the second-order low-pass ahead of the observer, 0 for none", unit="Hz", resolution=1.0,
@@ -207,14 +207,8 @@ LAW = Law(
             "limit", "pidsum_limit", Span(500.0, 100.0, 1000.0),
             meaning="limit of the output", scale="log", exclusive=True, firmware=True,
         ),
-        row(
-            "throttle", "throttle", Span(0.4, 0.05, 1.0),
-            meaning="throttle at hover, of 1", exclusive=True, airframe=True,
-        ),
-        row(
-            "authority", "authority", Span(0.3, 0.01, 5.0), Span(0.03, 0.01, 0.1),
-            meaning="angular acceleration that a unit of output gives",
-        ),
+        OF_BETAFLIGHT["throttle"],
+        OF_BETAFLIGHT["authority"],
     ),
     sampling="low-passes: backward Euler; observer: forward Euler, all from the period before",
     promises=frozenset(),

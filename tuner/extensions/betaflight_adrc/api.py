@@ -1,8 +1,8 @@
 """Margins and the axis that rings of a Betaflight profile with ADRC."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,11 @@ from plant.input_files import InputFile, given_content
 from tuner.api.frames import Documented, frame
 from tuner.api.gains import read_gains
 from tuner.extensions.betaflight.presets import WHAT
-from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, PlantRow, RingRow
+from tuner.extensions.betaflight_adrc.designing import DEFAULT_NOISE, design_front, designed_settings
+from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, DesignRow, PlantRow, RingRow
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
-from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, Change, Ring, changes, rings, worst_ring
+from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, changes, rings, worst_ring
 from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants, vehicle_plants
 from tuner.store.document import taken
 from tuner.store.folder import put
@@ -22,6 +23,8 @@ from tuner.store.folder import put
 if TYPE_CHECKING:
     import pandas as pd
 
+PACK_RANGE = (0.3, 3.0)
+"""Voltage of a pack over the usual one."""
 MIN_MARGIN = 1.0
 """Gain margin below which a loop rings."""
 MIN_QUIET_MARGIN = 1.5
@@ -61,13 +64,17 @@ def adrc(
     growth: float = DEFAULT_GROWTH,
     gains: str | Path | None = None,
     settings: Mapping[str, float | str] | None = None,
+    packs: Sequence[float] = (),
+    design: float | None = None,
+    max_noise: float = DEFAULT_NOISE,
+    front: str | Path | None = None,
     out: str | Path | None = None,
 ) -> AdrcForecast:
     """Forecast which axis of a Betaflight profile with ADRC rings, and where.
 
     Args:
         file: Output of `diff all` or `dump all` of the vehicle.
-        plants: Table (TOML) of the craft's own plants by axis; by default they are scaled by b0.
+        plants: Table (TOML) of the craft's own plants by axis, or the command lines whose b0 scales them; by default `file`.
         log: Flight log (.bbl or CSV) with setpoints, out of which the plants are identified.
         profile: Number of the PID profile; by default the selected one.
         build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
@@ -75,6 +82,10 @@ def adrc(
         growth: Exponent of the acceleration gain over the collective.
         gains: File gains.json of a study with the law `betaflight_adrc`, whose settings replace those of the file.
         settings: Other values of settings, such as {"adrc_wo_yaw": 80}.
+        packs: Voltages of other packs over that of the plants, such as 0.85 for an empty one.
+        design: Gain margin that wc and wo of each axis are to keep at every throttle and with every pack.
+        max_noise: Largest noise of a designed tune's output over that of the present tune.
+        front: PNG or PDF to draw bandwidth against margin and noise in; it must not be there yet.
         out: File of command lines to write; it must not be there yet.
 
     Returns:
@@ -98,12 +109,38 @@ def adrc(
     # The plants belong to the craft, so they follow the b0 that it flies now.
     table, flight = (None if each is None else Path(each) for each in (plants, log))
     craft = vehicle_plants(read, table, flight)
-    read = changed(read, edits)
-    document = forecast_document(str(file), read, craft, growth)
+    read, voltages = changed(read, edits), checked_packs(packs)
+    rows: list[DesignRow] = []
+    if design is not None:
+        rows = design_front(read.tune, craft, read.sampling, growth, voltages, design, max_noise)
+        edits = edits | designed_settings(rows, design)
+        read = changed(read, edits)
+    document = forecast_document(str(file), read, craft, growth, voltages, rows)
     lines = command_lines_of(read, edits, craft.origin(table, flight), document.sentence)
+    if front is not None:
+        draw_front(Path(front), rows, design)
     if out is not None:
         write_lines(Path(out), read, lines)
     return AdrcForecast(document, read, lines)
+
+
+def checked_packs(packs: Sequence[float]) -> tuple[float, ...]:
+    """Return the voltages of all packs, the usual one first; raises InputError for one out of range."""
+    for pack in packs:
+        if not PACK_RANGE[0] <= pack <= PACK_RANGE[1]:
+            message = f"given {pack:g}; give a voltage over the usual one, from {PACK_RANGE[0]:g} to {PACK_RANGE[1]:g}"
+            raise InputError(message, key="--pack")
+    return tuple(dict.fromkeys((1.0, *packs)))
+
+
+def draw_front(path: Path, rows: Sequence[DesignRow], design: float | None) -> None:
+    """Draw the front into a new file; raises InputError without a design."""
+    if design is None:
+        raise InputError("needs --design, the gain margin of the tunes", key="--front")
+    # The drawing library takes a second to load.
+    from tuner.extensions.betaflight_adrc.figure import write_front
+
+    write_front(path, rows, design)
 
 
 def write_lines(path: Path, profile: Profile, lines: str) -> None:
@@ -115,7 +152,14 @@ def write_lines(path: Path, profile: Profile, lines: str) -> None:
     put(path.parent, path.name, lines.encode())
 
 
-def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth: float) -> AdrcDocument:
+def forecast_document(
+    file: str,
+    profile: Profile,
+    craft: VehiclePlants,
+    growth: float,
+    packs: Sequence[float] = (1.0,),
+    design: Sequence[DesignRow] = (),
+) -> AdrcDocument:
     """Return the forecast of a profile.
 
     Args:
@@ -123,11 +167,13 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
         profile: Profile as read.
         craft: Plants of the craft.
         growth: Exponent of the acceleration gain over the collective.
+        packs: Voltages of the packs, over that of the plants.
+        design: Front of tunes by margin.
     """
     tune, sampling, plants = profile.tune, profile.sampling, craft.plants
-    conditions = list(rings(tune, plants, sampling, growth))
+    conditions = list(rings(tune, plants, sampling, growth, packs=packs))
     worst = worst_ring(conditions, tune.schedule)
-    ground = worst_ring(conditions, tune.schedule, is_open=False)
+    ground = worst_ring(conditions, tune.schedule, "shut")
     options = changes(tune, plants[worst.axis], sampling, worst, growth)
     return AdrcDocument(
         format="gainproof-adrc",
@@ -141,16 +187,17 @@ def forecast_document(file: str, profile: Profile, craft: VehiclePlants, growth:
         loop_rate=1.0 / sampling.period,
         growth=growth,
         plants=[_plant_row(axis, entry) for axis, entry in craft.axes.items()],
-        rings=[_ring_row(ring) for ring in conditions],
+        rings=conditions,
         worst=conditions.index(worst),
-        changes=[_change_row(change) for change in options],
+        changes=options,
+        design=list(design),
         sentence=sentence(worst, ground, options, is_limit=craft.is_measured),
         notes=[*profile.notes, *craft.notes],
     )
 
 
 def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
-    plant, (low, high) = entry.plant, entry.b0 or (None, None)
+    plant = entry.plant
     return PlantRow(
         axis=axis,
         gain=plant.gain,
@@ -158,56 +205,34 @@ def _plant_row(axis: str, entry: VehicleAxis) -> PlantRow:
         dead_time=plant.dead_time,
         zero=plant.zero,
         b0=plant.b0,
-        b0_low=low,
-        b0_high=high,
+        intervals={name: [low, high] for name, (low, high) in entry.intervals.items()},
         source=entry.source,
     )
 
 
-def _ring_row(ring: Ring) -> RingRow:
-    gain, frequency, phase = (value if isfinite(value) else None for value in ring.margins[:3])
-    return RingRow(
-        axis=ring.axis,
-        schedule=ring.schedule,
-        throttle=ring.throttle,
-        gate="open" if ring.is_open else "shut",
-        gain_margin=gain,
-        ring=frequency,
-        phase_margin=phase,
-    )
-
-
-def _change_row(change: Change) -> ChangeRow:
-    return ChangeRow(
-        settings=dict(change.settings),
-        gain_margin=change.gain,
-        ring=change.ring,
-        stiffness=change.stiffness,
-        noise=change.noise,
-    )
-
-
-def sentence(worst: Ring, ground: Ring, options: list[Change], *, is_limit: bool) -> str:
+def sentence(worst: RingRow, ground: RingRow, options: list[ChangeRow], *, is_limit: bool) -> str:
     """Return the answer: the axis that rings first, on the ground too, and the change that helps most."""
     parts = [
-        f"{worst.axis.capitalize()} rings first, at {worst.margins.ring:.0f} Hz: gain margin {worst.margins.gain:.2f} "
-        f"at {100.0 * worst.throttle:.0f} % throttle."
+        f"{worst.axis.capitalize()} rings first, at {worst.ring or 0.0:.0f} Hz: gain margin {worst.gain_margin or inf:.2f} "
+        f"at {100.0 * worst.throttle:.0f} % throttle{'' if worst.pack == 1.0 else f', pack x {worst.pack:g}'}."
     ]
     if is_limit:
-        parts.append(_verdict(worst.margins.gain))
+        parts.append(_verdict(worst.gain_margin or inf))
     else:
         parts.append(
-            "The plants are scaled by the file's b0, 20 to 35 % off for a craft: this number compares changes by --gain on "
-            "this file alone, it is no limit. Another b0 in the file is another plant. Without a log aim for a margin of "
-            f"{MIN_UNMEASURED_MARGIN:g}."
+            "The plants are scaled by b0, 20 to 35 % off for a craft: this number compares tunes on the same plants, it is no "
+            "limit. Another b0 in the file is another plant: keep the first one's by --plant FILE. Without a log aim for a "
+            f"margin of {MIN_UNMEASURED_MARGIN:g}."
         )
-    parts.append(f"On the ground: {ground.axis}, {ground.margins.ring:.0f} Hz, gain margin {ground.margins.gain:.2f}.")
+    parts.append(
+        f"On the ground: {ground.axis}, {ground.ring or 0.0:.0f} Hz, gain margin {ground.gain_margin or inf:.2f}."
+    )
     if options:
         best = options[0]
         change = ", ".join(f"{name} = {value:.0f}" for name, value in best.settings.items())
         parts.append(
-            f"Of single changes {change} helps most: gain margin {best.gain:.2f}, stiffness at 2 Hz x {best.stiffness:.2f}, "
-            f"noise x {best.noise:.2f}."
+            f"Of single changes {change} helps most: gain margin {best.gain_margin:.2f}, stiffness at 2 Hz x "
+            f"{best.stiffness:.2f}, noise x {best.noise:.2f}."
         )
     return " ".join(parts)
 

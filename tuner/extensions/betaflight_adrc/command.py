@@ -20,7 +20,11 @@ def adrc(
         ),
     ],
     plants: Annotated[
-        Path | None, typer.Option("--plant", help="Plants of the craft by axis (TOML); default: scaled by b0.")
+        Path | None,
+        typer.Option(
+            "--plant",
+            help="Plants of the craft by axis (TOML), or the command lines whose b0 scales them; default: FILE.",
+        ),
     ] = None,
     log: Annotated[
         Path | None, typer.Option(help="Flight log with setpoints (.bbl or CSV): identify the plants from it.")
@@ -36,6 +40,16 @@ def adrc(
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Another value of a setting; give it again for others."),
     ] = None,
+    pack: Annotated[
+        list[float] | None, typer.Option(help="Another pack's voltage over the usual one; give it again for others.")
+    ] = None,
+    design: Annotated[
+        float | None, typer.Option(help="Find wc and wo of each axis with this gain margin at every throttle and pack.")
+    ] = None,
+    noise: Annotated[float, typer.Option(help="Largest noise of such a tune over the present one.")] = 1.0,
+    front: Annotated[
+        Path | None, typer.Option(help="New PNG or PDF: bandwidth against margin and noise of such tunes.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="New file of command lines for this tune.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -50,6 +64,8 @@ def adrc(
     Example: tuner adrc diff_all.txt --gains results/adrc5/gains.json --out lines.txt
 
     Example: tuner adrc diff_all.txt --plant craft.toml --gain adrc_wo_yaw=80 --out lines.txt
+
+    Example: tuner adrc diff_all.txt --log chirp.bbl --pack 0.85 --design 2 --front front.png --out lines.txt
     """
     settings = dict(named_text(text, "--gain", "adrc_wo_yaw=80") for text in gain or [])
     made = tuner.adrc(
@@ -62,6 +78,10 @@ def adrc(
         growth=growth,
         gains=gains,
         settings=settings,
+        packs=pack or (),
+        design=design,
+        max_noise=noise,
+        front=front,
         out=out,
     )
     answer(made, as_json)

@@ -2,7 +2,7 @@
 
     y_f = LP2(y),   e = z1 - y_f,   b = b0 s(t/h)
     z1 += T (z2 - 3 wo e),   z2 += T (z3 + b u - z2/tau - 3 wo^2 e),   z3 += -T (sigma z3 + wo^3 e)
-    u = (wc^2 (r - z1) - 2 wc z2 - z3)/b
+    u = (wc^2 (r - z1) - 2 zeta wc z2 - z3)/b
 
     symbol  meaning                                              unit
     y, r    angular rate from the gyro, and its setpoint         deg/s
@@ -13,11 +13,13 @@
     s(x)    schedule of b0 over the collective t, hover h        1
     sigma   leak of z3                                           1/s
     tau     pole of the motors in the observer, 0 for none       s
+    zeta    damping ratio of the feedback, 1 in most builds      1
     T       period of the loop                                   s
 
 All right-hand sides are of the loop before. Before lift-off the gate is shut: b u is left out, sigma is the leak on the ground,
 and an update that makes |z3| larger is dropped. Betaflight pull request 15400, src/main/flight/adrc.c of build b11; tau as in the
-notes of builds mp1 and mp2, whose code is not published. Resets at values that are not finite are left out: inputs are finite.
+notes of builds mp1 and mp2, zeta as in those of b11, whose code is not published. Resets at values that are not finite are left
+out: inputs are finite.
 """
 
 from typing import NamedTuple
@@ -29,6 +31,8 @@ MAX_RATE = 8000.0
 """Limit of |z1| [deg/s]."""
 MAX_ACCELERATION = 1e5
 """Limit of |z2| [deg/s2]."""
+CRITICAL_DAMPING = 2.0
+"""Gain of z2 over wc at a damping ratio of 1."""
 MAX_STEP = 0.5
 """Limit of wo T."""
 MIN_HOVER = 0.05
@@ -59,6 +63,7 @@ class AxisConstants(NamedTuple):
         ground_leak: Leak of z3 on the ground [1/s].
         inverse_tau: Pole of the motors [1/s], 0 for none.
         limit: Limit of the output.
+        damping: Gain of z2 over wc, twice the damping ratio.
     """
 
     wc: float
@@ -71,6 +76,7 @@ class AxisConstants(NamedTuple):
     ground_leak: float
     inverse_tau: float
     limit: float
+    damping: float
 
 
 class AxisMemory(NamedTuple):
@@ -264,9 +270,10 @@ def observe(
     )
 
 
-def damping_gain(wc: float, inverse_tau: float) -> float:
-    """Return the gain of z2 [1/s]: 2 wc, less the pole of the motors but at least half of wc."""
-    return select(inverse_tau > 0.0, maximum(2.0 * wc - inverse_tau, 0.5 * wc), 2.0 * wc)
+def damping_gain(wc: float, constants: AxisConstants) -> float:
+    """Return the gain of z2 [1/s]: 2 zeta wc, less the pole of the motors but at least half of wc."""
+    full, pole = constants.damping * wc, constants.inverse_tau
+    return select(pole > 0.0, maximum(full - pole, 0.5 * wc), full)
 
 
 def feedback(memory: AxisMemory, constants: AxisConstants, blend: float, b: float) -> Terms:
@@ -275,7 +282,7 @@ def feedback(memory: AxisMemory, constants: AxisConstants, blend: float, b: floa
     return Terms(
         wc * wc * (memory.reference - memory.z1) / b,
         -memory.z3 / b,
-        -damping_gain(wc, constants.inverse_tau) * memory.z2 / b,
+        -damping_gain(wc, constants) * memory.z2 / b,
     )
 
 

@@ -4,13 +4,12 @@ from collections.abc import Mapping
 
 from plant.errors import InputError
 from tuner.extensions.betaflight_adrc.adrc_law import LAW
-from tuner.extensions.betaflight_adrc.equations import SCHEDULES
 from tuner.extensions.betaflight_adrc.reading import Profile
-from tuner.extensions.betaflight_adrc.settings import AXES, Tune
+from tuner.extensions.betaflight_adrc.settings import AXES, LAG, SCHEDULE, SETTINGS, Tune
 
 HOVER = "adrc_hover_throttle"
-ESSENTIAL = tuple(f"adrc_{name}_{axis}" for name in ("wc", "wo", "b0") for axis in AXES)
-"""Numbers that every file sets."""
+ESSENTIAL = (*(f"adrc_{name}_{axis}" for name in ("wc", "wo", "b0") for axis in AXES), HOVER, SCHEDULE)
+"""Settings that every file has; of the rest it has those that are changed."""
 COMMON_SETTINGS = {
     "lpf": "adrc_gyro_lpf_hz",
     "hover": HOVER,
@@ -33,23 +32,10 @@ def settings_of_gains(law: str, gains: Mapping[str, float], tune: Tune) -> dict[
         raise InputError(f'given gains of {law}; give those of a study with attitude = "{LAW.name}"', key="--gains")
     values = {f"adrc_{name}_{axis}": gains[f"{axis}.{name}"] for name in ("wc", "wo", "b0") for axis in AXES}
     values |= {setting: gains[f"roll.{name}"] for name, setting in COMMON_SETTINGS.items()}
-    if tune.build.has("adrc_motor_tau_ms"):
-        values["adrc_motor_tau_ms"] = 1e3 * gains["roll.tau"]
-    changes = {name: f"{value:.0f}" for name, value in values.items() if round(value) != tune.numbers[name]}
-    schedule = next(word for word, number in SCHEDULES.items() if number == round(gains["roll.schedule"]))
-    return changes | ({"adrc_b0_law": schedule} if schedule != tune.schedule else {})
-
-
-def values_of(tune: Tune, changes: Mapping[str, str]) -> dict[str, str]:
-    """Return the settings of a file by name; of the rest only those that are changed."""
-    values = {"pid_type": "ADRC", **{name: f"{tune.numbers[name]:.0f}" for name in (*ESSENTIAL, HOVER)}}
-    values["adrc_b0_law"] = tune.schedule
-    for name in changes:
-        if name in tune.numbers:
-            values[name] = f"{tune.numbers[name]:.0f}"
-        elif name == "adrc_sat_z3_inhibit":
-            values[name] = "ON" if tune.inhibits else "OFF"
-    return values
+    if tune.build.has(LAG):
+        values[LAG] = 1e3 * gains["roll.tau"]
+    values[SCHEDULE] = gains["roll.schedule"]
+    return {name: SETTINGS[name].text(value) for name, value in values.items() if round(value) != tune.numbers[name]}
 
 
 def command_lines_of(profile: Profile, changes: Mapping[str, str], source: str, sentence: str) -> str:
@@ -66,7 +52,8 @@ def command_lines_of(profile: Profile, changes: Mapping[str, str], source: str, 
         f"Betaflight ADRC, build {tune.build.name}, loop of {1.0 / profile.sampling.period:.0f} Hz; {source}",
         *_wrapped(sentence),
     ]
-    lines = [f"set {name} = {value}" for name, value in values_of(tune, changes).items()]
+    names = dict.fromkeys([*ESSENTIAL, *changes])
+    lines = ["set pid_type = ADRC", *(f"set {name} = {tune.text(name)}" for name in names)]
     return "\n".join([*(f"# {remark}" for remark in remarks), f"profile {profile.number}", *lines, "save", ""])
 
 

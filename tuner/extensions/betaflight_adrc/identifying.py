@@ -70,19 +70,13 @@ class IdentifiedAxis:
 
     Attributes:
         plant: Plant at the collective of the log.
-        gain: Interval of the acceleration gain [deg/s2].
-        lag: Interval of the lag [s].
-        dead_time: Interval of the dead time [s].
-        b0: Interval of the gain from output to rate'' [deg/s3].
+        intervals: Intervals of gain [deg/s2], lag, dead_time and zero [s], and b0 [deg/s3]; a zero has yaw alone.
         excited: Highest frequency of the bands with an excited output [Hz].
         reason: Sentence on an axis that is not identified, "" otherwise.
     """
 
     plant: AxisPlant
-    gain: tuple[float, float]
-    lag: tuple[float, float]
-    dead_time: tuple[float, float]
-    b0: tuple[float, float]
+    intervals: dict[str, tuple[float, float]]
     excited: float
     reason: str
 
@@ -163,15 +157,15 @@ def identify_axis(log: FlightLog, axis: str, sampling: Sampling) -> IdentifiedAx
     slope = np.zeros(len(fit.x))
     slope[:2] = 1.0, -1.0
     of_b0 = quantile * float(np.sqrt(slope @ fit.covariance @ slope))
-    return IdentifiedAxis(
-        plant,
-        _around(plant.gain, half[0]),
-        _around(plant.lag, half[1]),
-        (plant.dead_time - float(half[2]), plant.dead_time + float(half[2])),
-        _around(plant.b0, of_b0),
-        _excited(bands),
-        _reason(axis, fit, quantile),
-    )
+    intervals = {
+        "gain": _around(plant.gain, half[0]),
+        "lag": _around(plant.lag, half[1]),
+        "dead_time": (plant.dead_time - float(half[2]), plant.dead_time + float(half[2])),
+        "b0": _around(plant.b0, of_b0),
+    }
+    if axis == "yaw":
+        intervals["zero"] = _around(plant.zero, half[3])
+    return IdentifiedAxis(plant, intervals, _excited(bands), _reason(axis, fit, quantile))
 
 
 class Fit(NamedTuple):

@@ -12,9 +12,8 @@ whole periods in L rounded up, delta = d T - L and a = e^{-T/tau},
 A gain margin is read where the phase falls through -180 deg: the loop rings there if its own gain is larger by that factor.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, pi
+from math import ceil, exp, pi, remainder
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +28,6 @@ ComplexArray = NDArray[np.complex128]
 MIN_FREQUENCY = 0.5
 """Lowest frequency of a margin [Hz]; below it the leak of z3 decides."""
 N_FREQUENCIES = 1200
-N_HALVINGS = 24
 HALF_RATE = 0.49
 """Highest frequency over the rate of the loop."""
 
@@ -101,7 +99,7 @@ def controller_response(
     leak = constants.leak if is_open else 0.0
     model = np.array([[1.0, t, 0.0], [0.0, 1.0 - t * constants.inverse_tau, t], [0.0, 0.0, 1.0 - t * leak]])
     injection = t * np.array([3.0 * wo, 3.0 * wo**2, wo**3 if is_open else 0.0])
-    law = np.array([wc**2, damping_gain(wc, constants.inverse_tau), 1.0]) / b
+    law = np.array([wc**2, damping_gain(wc, constants), 1.0]) / b
     model = model - np.outer(injection, [1.0, 0.0, 0.0])
     if is_open:
         model = model - np.outer([0.0, t * b, 0.0], law)
@@ -164,47 +162,25 @@ def margins(
         is_open: Whether the gate is open.
     """
     frequency = np.geomspace(MIN_FREQUENCY, HALF_RATE / sampling.period, N_FREQUENCIES)
-
-    def response(points: Array) -> ComplexArray:
-        return loop_response(tune, axis, plant, sampling, points, scale, is_open)
-
-    values = response(frequency)
-    phase, size = np.unwrap(np.angle(values)), np.log(np.abs(values))
+    response = loop_response(tune, axis, plant, sampling, frequency, scale, is_open)
+    place, size, phase = np.log(frequency), np.log(np.abs(response)), np.unwrap(np.angle(response))
     turns = np.floor((phase + pi) / (2.0 * pi))
-    falls = np.flatnonzero((turns[1:] < turns[:-1]) & (frequency[1:] < frequency[-1]))
-    rings = _crossings(response, frequency, falls, _turned)
-    crossings = _crossings(response, frequency, np.flatnonzero(size[1:] * size[:-1] < 0.0), _level)
-    gains = zip((1.0 / np.abs(response(rings))).tolist(), rings.tolist(), strict=True)
-    phases = zip(np.angle(-response(crossings)).tolist(), crossings.tolist(), strict=True)
+    falls = np.flatnonzero(turns[1:] < turns[:-1])
+    rings = _zeros(phase + pi, 2.0 * pi * turns[falls], falls, size, place)
+    crossings = _zeros(size, 0.0, np.flatnonzero(size[1:] * size[:-1] < 0.0), phase, place)
     nowhere = (float("nan"), float("nan"))
+    gains = [(exp(-level), exp(at)) for level, at in rings]
+    phases = [(remainder(angle + pi, 2.0 * pi), exp(at)) for angle, at in crossings]
     return Margins(*min(gains, default=nowhere), *min(phases, default=nowhere))
 
 
-def _turned(values: ComplexArray) -> Array:
-    return np.angle(-values)
-
-
-def _level(values: ComplexArray) -> Array:
-    return np.log(np.abs(values))
-
-
-def _crossings(
-    response: Callable[[Array], ComplexArray],
-    frequency: Array,
-    places: NDArray[np.intp],
-    function: Callable[[ComplexArray], Array],
-) -> Array:
-    """Return the frequencies [Hz] of the zeros behind places (n,) of a grid.
-
-    All are halved together, because a response at many frequencies takes hardly longer than at one.
-    """
-    low, high = frequency[places], frequency[places + 1]
-    is_rising = function(response(high)) > 0.0
-    for _ in range(N_HALVINGS):
-        middle = 0.5 * (low + high)
-        is_below = (function(response(middle)) > 0.0) != is_rising
-        low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
-    return 0.5 * (low + high)
+def _zeros(values: Array, level: Array | float, places: NDArray[np.intp], *others: Array) -> list[list[float]]:
+    """Return other series where one meets a level, behind places (n,)."""
+    low, high = values[places], values[places + 1]
+    share = (level - low) / (high - low)
+    return np.column_stack(
+        [series[places] + share * (series[places + 1] - series[places]) for series in others]
+    ).tolist()
 
 
 def scaled(plant: AxisPlant, factor: float) -> AxisPlant:

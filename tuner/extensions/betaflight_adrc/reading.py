@@ -4,10 +4,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
-from plant.errors import InputError, shortened
-from plant.input_files import ReadableFile
-from plant.texts import PlainTable
+from pydantic import Field, ValidationError
+
+from plant.errors import InputError, check_name, shortened
+from plant.input_files import ReadableFile, given_text
+from plant.texts import check_texts, toml_table
 from tuner.extensions.betaflight.commands import read_profile
 from tuner.extensions.betaflight.presets import command_lines
 from tuner.extensions.betaflight.text import parse_integer, read_selected
@@ -15,19 +18,18 @@ from tuner.extensions.betaflight_adrc.linear_loop import AxisPlant, Sampling, sc
 from tuner.extensions.betaflight_adrc.settings import (
     AXES,
     BUILDS,
-    DAMPING,
     DEFAULT_BUILD,
     REVISION,
     SETTINGS,
-    WORDS,
     Build,
     Tune,
     build_of,
-    check_setting,
     default_tune,
+    read_setting,
     recognize_build,
 )
-from tuner.study.reading import parse_toml
+from tuner.study.messages import translated
+from tuner.text.strict_table import StrictTable
 
 THRUST_LINEAR = ((0, 1.0), (10, 1.03), (25, 1.09), (60, 1.36), (80, 1.63), (90, 1.81), (95, 1.91), (100, 2.02))
 """thrust_linear [%] and the slope of its curve at hover, by which it multiplies every output; measured by its pilots."""
@@ -37,13 +39,35 @@ MAX_RATE = 32000.0
 LOW_PASSES = (("gyro_lpf1_static_hz", 250.0), ("gyro_lpf2_static_hz", 500.0))
 FOLLOWING = ("gyro_lpf1_dyn_min_hz", 250.0)
 """Lower cut-off of the low-pass that follows the throttle, and its default; 0 for a static one."""
-PLANT_RANGES = {"gain": (0.01, 1e5), "lag": (1e-3, 0.2), "delay": (0.0, 0.05), "zero": (0.0, 5.0)}
-"""Key of an axis in a plant file -> its range: deg/s2 per unit of output, then seconds."""
 MAX_NOTCH_NAMES = 3
 DEFAULT_IDLE = 550.0
 """Default of motor_idle [0.01 %]."""
 MAX_IDLE = 0.2
 """Largest share of the motor range that is read."""
+
+
+class CraftAxisTable(StrictTable):
+    """Plant of an axis; delay: that of a frequency response."""
+
+    gain: Annotated[float, Field(ge=0.01, le=1e5)]
+    """Acceleration [deg/s2] per unit of output."""
+    lag: Annotated[float, Field(ge=1e-3, le=0.2)]
+    """Motor lag [s]."""
+    delay: Annotated[float, Field(ge=0.0, le=0.05)]
+    """Dead time with half a period of the hold [s]."""
+    zero: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
+    """Time constant of the zero of yaw [s]."""
+
+
+class CraftTable(StrictTable):
+    """Plants of a craft by axis."""
+
+    roll: CraftAxisTable | None = None
+    """Plant of roll."""
+    pitch: CraftAxisTable | None = None
+    """Plant of pitch."""
+    yaw: CraftAxisTable | None = None
+    """Plant of yaw."""
 
 
 @dataclass(frozen=True)
@@ -109,27 +133,11 @@ def read_adrc(file: ReadableFile, number: int | None = None, build: str = "", gy
 
 def _tune(texts: Mapping[str, str], build: Build, file: ReadableFile) -> Tune:
     """Return the settings of the law, each within range and build."""
-    numbers: dict[str, float] = {}
-    for name, text in texts.items():
-        if name in SETTINGS:
-            numbers[name] = parse_integer(text, name, file)
-        elif name in DAMPING and build.has_damping:
-            if parse_integer(text, name, file) != 100.0:
-                message = f"given {shortened(text)}; only 100 is supported: the law of others is not published"
-                raise InputError(message, file=file, key=name)
-        elif name in WORDS:
-            if text not in WORDS[name]:
-                raise InputError(f"given {shortened(text)}; allowed: {', '.join(WORDS[name])}", file=file, key=name)
-        if name.startswith("adrc_") and not build.has(name):
-            raise InputError(f"build {build.name} has no such setting; name the build by --build", file=file, key=name)
-    for name, value in numbers.items():
-        try:
-            check_setting(name, value, build)
-        except InputError as error:
-            raise error.located(file=file) from None
+    names = [name for name in texts if name in SETTINGS or name.startswith("adrc_")]
     tune = default_tune(build)
-    schedule = texts.get("adrc_b0_law", tune.schedule)
-    return Tune({**tune.numbers, **numbers}, schedule, texts.get("adrc_sat_z3_inhibit") == "ON", build)
+    return replace(
+        tune, numbers={**tune.numbers, **{name: read_setting(name, texts[name], build, file) for name in names}}
+    )
 
 
 def _sampling(texts: Mapping[str, str], gyro_rate: float, file: ReadableFile) -> Sampling:
@@ -174,37 +182,25 @@ def read_plants(path: Path, sampling: Sampling) -> dict[str, AxisPlant]:
 
     A table per axis has gain [deg/s2 per unit], lag [s], delay [s], and zero [s] for yaw.
     """
-    table = parse_toml(path)
-    unknown = sorted(set(table) - set(AXES))
-    if unknown or not table:
-        given = shortened(", ".join(unknown)) or "nothing"
-        raise InputError(f"given {given}; give tables {', '.join(f'[{axis}]' for axis in AXES)}", file=path)
-    return {axis: _plant(table[axis], axis, path, sampling) for axis in AXES if axis in table}
-
-
-def _plant(given: object, axis: str, path: Path, sampling: Sampling) -> AxisPlant:
-    entries: PlainTable = given if isinstance(given, dict) else {}
-    for key in entries:
-        if key not in PLANT_RANGES:
-            raise InputError(f"unknown; give {', '.join(PLANT_RANGES)}", file=path, key=f"{axis}.{shortened(key)}")
-    values: dict[str, float] = {}
-    for key, (low, high) in PLANT_RANGES.items():
-        value = entries.get(key, 0.0 if key == "zero" else None)
-        if not isinstance(value, int | float) or isinstance(value, bool) or not low <= value <= high:
-            raise InputError(f"give a number from {low:g} to {high:g}", file=path, key=f"{axis}.{key}")
-        values[key] = float(value)
-    return AxisPlant.identified(values["gain"], values["lag"], values["delay"], sampling.period, values["zero"])
+    table = toml_table(given_text(path, "give a table of plants by axis (.toml), or a file of command lines"), path)
+    check_texts(table, file=path)
+    try:
+        craft = CraftTable.model_validate(table)
+    except ValidationError as error:
+        raise translated(error, path, CraftTable) from None
+    tables = {axis: table for axis in AXES if (table := getattr(craft, axis)) is not None}
+    if not tables:
+        raise InputError(f"given nothing; give tables {', '.join(f'[{axis}]' for axis in AXES)}", file=path)
+    return {
+        axis: AxisPlant.identified(table.gain, table.lag, table.delay, sampling.period, table.zero)
+        for axis, table in tables.items()
+    }
 
 
 def changed(profile: Profile, changes: Mapping[str, str]) -> Profile:
     """Return the profile with other settings; raises InputError naming one that is refused."""
-    file = Path("--gain")
-    numbers = {name: parse_integer(text, name, file) for name, text in changes.items() if name not in WORDS}
-    words = {name: text.upper() for name, text in changes.items() if name in WORDS}
-    for name, word in words.items():
-        if word not in WORDS[name] or not profile.tune.build.has(name):
-            raise InputError(f"given {shortened(word)}; allowed: {', '.join(WORDS[name])}", key=name)
-    tune = profile.tune.with_numbers(numbers)
-    schedule = words.get("adrc_b0_law", tune.schedule)
-    inhibits = words.get("adrc_sat_z3_inhibit", "ON" if tune.inhibits else "OFF") == "ON"
-    return replace(profile, tune=replace(tune, schedule=schedule, inhibits=inhibits))
+    tune, file = profile.tune, Path("--gain")
+    for name in changes:
+        check_name("setting", name, SETTINGS, key="--gain")
+    numbers = {name: read_setting(name, text, tune.build, file) for name, text in changes.items()}
+    return replace(profile, tune=replace(tune, numbers={**tune.numbers, **numbers}))

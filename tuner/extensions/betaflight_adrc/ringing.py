@@ -5,14 +5,14 @@ to 40 to 60 %, and 0.56 at 10 to 15 %: a growth of about 0.5, where the schedule
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from math import inf, isfinite
 
 import numpy as np
 
+from tuner.extensions.betaflight_adrc.document import ChangeRow, RingRow
 from tuner.extensions.betaflight_adrc.equations import limited_scale, schedule_scale
 from tuner.extensions.betaflight_adrc.linear_loop import (
     AxisPlant,
-    Margins,
     Sampling,
     controller_response,
     filter_response,
@@ -20,7 +20,7 @@ from tuner.extensions.betaflight_adrc.linear_loop import (
     margins,
     scaled,
 )
-from tuner.extensions.betaflight_adrc.settings import SCHEDULES, SETTINGS, Tune
+from tuner.extensions.betaflight_adrc.settings import LAG, SCHEDULES, SETTINGS, Tune
 
 REFERENCE = {
     "roll": (6560.0, AxisPlant.identified(135.2, 0.0211, 0.0022, 250e-6)),
@@ -37,50 +37,18 @@ SHARES = {"wo": 0.8, "wc": 0.8, "b0": 1.25}
 CUTOFF_FACTOR = 1.5
 
 
-class Ring(NamedTuple):
-    """Margins of an axis in one condition.
-
-    Attributes:
-        axis: Name of the axis.
-        throttle: Collective, 0 to 1.
-        schedule: Schedule of b0.
-        is_open: Whether the gate is open.
-        margins: Margins of the loop.
-    """
-
-    axis: str
-    throttle: float
-    schedule: str
-    is_open: bool
-    margins: Margins
-
-
-class Change(NamedTuple):
-    """A change of settings, with its effects as factors.
-
-    Attributes:
-        settings: Setting -> its new value.
-        gain: Gain margin of the axis after the change.
-        ring: Frequency at which it then rings [Hz].
-        stiffness: Loop gain at a slow disturbance, over the present one.
-        noise: Output from white noise of the gyro, over the present one.
-    """
-
-    settings: Mapping[str, float]
-    gain: float
-    ring: float
-    stiffness: float
-    noise: float
-
-
 def plants_of_b0(tune: Tune) -> dict[str, AxisPlant]:
     """Return the plants of the reference craft, scaled by the tune's b0."""
     return {axis: scaled(plant, tune.of("b0", axis) / b0) for axis, (b0, plant) in REFERENCE.items()}
 
 
-def throttles(tune: Tune) -> tuple[float, ...]:
-    """Return the collectives of a forecast, from idle on."""
-    return tuple(sorted({IDLE, 0.01 * tune.numbers["adrc_hover_throttle"], *HIGH_THROTTLES}))
+def throttles(tune: Tune, pack: float = 1.0) -> tuple[float, ...]:
+    """Return the collectives of a forecast, from idle on; one hovers with a pack."""
+    return tuple(sorted({IDLE, min(_hover(tune) / pack, 1.0), *HIGH_THROTTLES}))
+
+
+def _hover(tune: Tune) -> float:
+    return 0.01 * tune.numbers["adrc_hover_throttle"]
 
 
 def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -> float:
@@ -90,9 +58,21 @@ def scale_at(tune: Tune, schedule: str, throttle: float, is_open: bool = True) -
     return limited_scale(raw, 1.0 if is_open else 0.0, constants)
 
 
-def authority_at(tune: Tune, throttle: float, growth: float) -> float:
-    """Return the acceleration gain of the rotors over that at hover."""
-    return (throttle / (0.01 * tune.numbers["adrc_hover_throttle"])) ** growth
+def authority_at(tune: Tune, throttle: float, growth: float, pack: float = 1.0) -> float:
+    """Return the acceleration gain of the rotors over that at hover.
+
+    A rotor turns at a speed in proportion to voltage and command, so both count in the growth, and the voltage once more.
+    """
+    return pack * (pack * throttle / _hover(tune)) ** growth
+
+
+def largest_gain(tune: Tune, growth: float, packs: Sequence[float]) -> float:
+    """Return the largest loop gain in flight over that at hover."""
+    conditions = [(pack, throttle) for pack in packs for throttle in throttles(tune, pack)]
+    return max(
+        authority_at(tune, throttle, growth, pack) / scale_at(tune, tune.schedule, throttle)
+        for pack, throttle in conditions
+    )
 
 
 def rings(
@@ -101,7 +81,8 @@ def rings(
     sampling: Sampling,
     growth: float = DEFAULT_GROWTH,
     schedules: Sequence[str] = tuple(SCHEDULES),
-) -> Iterator[Ring]:
+    packs: Sequence[float] = (1.0,),
+) -> Iterator[RingRow]:
     """Yield the margins of each axis in flight and on the ground.
 
     Args:
@@ -110,26 +91,43 @@ def rings(
         sampling: Rates and filters.
         growth: Exponent of the acceleration gain over the collective.
         schedules: Names of the schedules of b0.
+        packs: Voltages of the packs, over that of the plants.
     """
-    flights = [(schedule, throttle, True) for schedule in schedules for throttle in throttles(tune)]
+    conditions = [
+        condition
+        for pack in packs
+        for condition in (
+            *((pack, schedule, throttle, "open") for schedule in schedules for throttle in throttles(tune, pack)),
+            (pack, tune.schedule, IDLE, "shut"),
+        )
+    ]
     for axis in plants:
-        for schedule, throttle, is_open in (*flights, (tune.schedule, IDLE, False)):
-            scale = scale_at(tune, schedule, throttle, is_open)
+        for pack, schedule, throttle, gate in conditions:
+            is_open = gate == "open"
             # On the ground airmode raises the applied collective to that of hover and beyond.
-            plant = scaled(plants[axis], authority_at(tune, throttle, growth) if is_open else 1.0)
-            yield Ring(axis, throttle, schedule, is_open, margins(tune, axis, plant, sampling, scale, is_open))
+            plant = scaled(plants[axis], authority_at(tune, throttle, growth, pack) if is_open else pack)
+            margin = margins(tune, axis, plant, sampling, scale_at(tune, schedule, throttle, is_open), is_open)
+            gain, ring, phase = (value if isfinite(value) else None for value in margin[:3])
+            yield RingRow(
+                axis=axis,
+                schedule=schedule,
+                throttle=throttle,
+                gate=gate,
+                pack=pack,
+                gain_margin=gain,
+                ring=ring,
+                phase_margin=phase,
+            )
 
 
-def worst_ring(conditions: Sequence[Ring], schedule: str, is_open: bool = True) -> Ring:
+def worst_ring(conditions: Sequence[RingRow], schedule: str, gate: str = "open") -> RingRow:
     """Return the condition with the smallest gain margin."""
-    return min((ring for ring in conditions if ring.schedule == schedule and ring.is_open == is_open), key=_gain)
+    selected = [row for row in conditions if (row.schedule, row.gate) == (schedule, gate)]
+    # Where a schedule follows the rotors, margins of several throttles differ by rounding: the lowest throttle counts.
+    return min(selected, key=lambda row: round(row.gain_margin or inf, 6))
 
 
-def _gain(ring: Ring) -> float:
-    return np.nan_to_num(ring.margins.gain, nan=np.inf)
-
-
-def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: Ring, growth: float) -> list[Change]:
+def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: RingRow, growth: float) -> list[ChangeRow]:
     """Return the changes that raise a gain margin, the best one first.
 
     Args:
@@ -139,17 +137,24 @@ def changes(tune: Tune, plant: AxisPlant, sampling: Sampling, ring: Ring, growth
         ring: Condition to improve, in flight.
         growth: Exponent of the acceleration gain over the collective.
     """
-    plant = scaled(plant, authority_at(tune, ring.throttle, growth))
-    results = []
-    for settings in _proposals(tune, ring.axis, plant):
+    plant, axis = scaled(plant, authority_at(tune, ring.throttle, growth, ring.pack)), ring.axis
+    scale = scale_at(tune, ring.schedule, ring.throttle)
+    stiff, loud = stiffness(tune, axis, plant, sampling, scale), noise(tune, axis, sampling, scale)
+    rows = []
+    for settings in _proposals(tune, axis, plant):
         changed = tune.with_numbers(settings)
-        scale = scale_at(changed, ring.schedule, ring.throttle)
-        margin = margins(changed, ring.axis, plant, sampling, scale)
-        stiffness = _stiffness(changed, ring, plant, sampling) / _stiffness(tune, ring, plant, sampling)
-        noise = _noise(changed, ring, sampling) / _noise(tune, ring, sampling)
-        results.append(Change(settings, margin.gain, margin.ring, stiffness, noise))
-    helpful = [change for change in results if change.gain > ring.margins.gain]
-    return sorted(helpful, key=lambda change: -change.gain)
+        margin = margins(changed, axis, plant, sampling, scale)
+        if margin.gain > (ring.gain_margin or inf):
+            rows.append(
+                ChangeRow(
+                    settings=settings,
+                    gain_margin=margin.gain,
+                    ring=margin.ring,
+                    stiffness=stiffness(changed, axis, plant, sampling, scale) / stiff,
+                    noise=noise(changed, axis, sampling, scale) / loud,
+                )
+            )
+    return sorted(rows, key=lambda row: -row.gain_margin)
 
 
 def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, float]]:
@@ -157,23 +162,21 @@ def _proposals(tune: Tune, axis: str, plant: AxisPlant) -> Iterator[dict[str, fl
     values = {f"adrc_{name}_{axis}": share * tune.of(name, axis) for name, share in SHARES.items()}
     if cutoff := tune.numbers["adrc_gyro_lpf_hz"]:
         values["adrc_gyro_lpf_hz"] = CUTOFF_FACTOR * cutoff
-    if axis != "yaw" and tune.build.has("adrc_motor_tau_ms"):
-        values["adrc_motor_tau_ms"] = 1e3 * plant.lag
+    if axis != "yaw" and tune.build.has(LAG):
+        values[LAG] = 1e3 * plant.lag
     for name, value in values.items():
-        setting = SETTINGS[name]
-        yield {name: float(round(min(max(value, setting.low), setting.high)))}
+        yield {name: SETTINGS[name].nearest(value)}
 
 
-def _stiffness(tune: Tune, ring: Ring, plant: AxisPlant, sampling: Sampling) -> float:
-    scale = scale_at(tune, ring.schedule, ring.throttle)
-    return float(abs(loop_response(tune, ring.axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)[0]))
+def stiffness(tune: Tune, axis: str, plant: AxisPlant, sampling: Sampling, scale: float) -> float:
+    """Return the loop gain at a slow disturbance."""
+    return float(np.abs(loop_response(tune, axis, plant, sampling, np.array([SLOW_FREQUENCY]), scale)[0]))
 
 
-def _noise(tune: Tune, ring: Ring, sampling: Sampling) -> float:
+def noise(tune: Tune, axis: str, sampling: Sampling, scale: float) -> float:
     """Return the output from white noise of the gyro [1 per deg/s]."""
-    constants = tune.axis(ring.axis, sampling.period)
+    constants = tune.axis(axis, sampling.period)
     frequency = np.linspace(0.0, 0.5 / sampling.period, 2001)[1:-1]
     z = np.exp(2j * np.pi * frequency * sampling.period)
-    scale = scale_at(tune, ring.schedule, ring.throttle)
     response = controller_response(constants, scale, True, z, sampling.period)
     return float(np.sqrt(np.mean(np.abs(response * filter_response(constants, sampling, frequency)) ** 2)))

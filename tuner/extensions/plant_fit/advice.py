@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tuner.extensions.plant_fit.estimate import Projection, slopes_of
+from tuner.extensions.plant_fit.estimate import Projection
 from tuner.extensions.plant_fit.intervals import NORMAL_QUANTILE, FittedPlant, Number
 from tuner.extensions.plant_fit.noise import whiten
 from tuner.extensions.plant_fit.response import Grid
+from tuner.extensions.plant_fit.slopes import slopes_of
 from tuner.extensions.plant_fit.study_file import Signals
 from tuner.text.numbers import significant
 

@@ -1,4 +1,4 @@
-"""Parameters that minimise the prediction errors, and their covariance.
+"""Parameters that minimise the prediction errors.
 
 Numerators, offsets, drift and initial states enter linearly: for given shape parameters, dead times and noise model they follow
 from least squares (variable projection, Golub and Pereyra), so that a search has few dimensions. The dead time enters by its
@@ -7,6 +7,7 @@ steps of the sampled input, along which the error has kinks: the search starts f
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -20,14 +21,10 @@ from tuner.extensions.plant_fit.structures import Structure
 Array = np.ndarray
 RIDGE = 1e-13
 """Share of each normal equation's diagonal that keeps columns apart which are alike, such as an offset and a free integrator."""
-DIFFERENCE = 1e-4
-"""Step of differences in shape parameters, which are logarithms."""
-DEAD_TIME_DIFFERENCE = 0.05
-"""Step of differences in a dead time, in samples."""
-MIN_INFORMATION = 1e-8
-"""Least singular value of the normalized slopes, over the largest, of a direction that the data show."""
 N_DEAD_TIMES, N_SLOW, N_STARTS = 12, 6, 2
 MAX_EVALUATIONS, FIRST_EVALUATIONS = 30, 8
+MIN_SLOPE = 1e-11
+"""Slope of half the sum of squares, over that of the outputs, at which a search ends."""
 FILLINGS = 2
 """Times that outliers are filled in again."""
 AT_REST = 5
@@ -91,6 +88,11 @@ class Problem:
     def n_samples(self) -> int:
         """Number of samples of all experiments."""
         return sum(len(each) for each in self.outputs)
+
+    @cached_property
+    def size(self) -> float:
+        """Norm of the outputs from their means."""
+        return float(np.sqrt(sum(np.sum((each - each.mean()) ** 2) for each in self.outputs)))
 
     @property
     def period(self) -> float:
@@ -270,7 +272,8 @@ class Search:
         def errors(x: Array) -> Array:
             solution = solved(x)
             counted = slice(None) if problem.rows is None else self.projection.counted(solution.noise)
-            return np.append(solution.errors[counted], [] if pull is None else pull(x * scale))
+            # The search's bound on slopes is absolute: in units in which outputs are small, every start would satisfy it.
+            return np.append(solution.errors[counted], [] if pull is None else pull(x * scale)) / problem.size
 
         if len(first) == 0:
             return solved(first)
@@ -283,6 +286,7 @@ class Search:
             max_nfev=evaluations,
             xtol=1e-6,
             ftol=1e-9,
+            gtol=MIN_SLOPE,
         )
         return solved(minimum.x)
 
@@ -333,59 +337,3 @@ def starts_of(structure: Structure, problem: Problem, earlier: Solution | None) 
     if structure.lags == 1:
         return [np.concatenate([[each], shape[-2:]]) for each in slow]
     return [np.concatenate([shape[-2:], [-each, damping]]) for each in slow for damping in dampings[:2]]
-
-
-def covariance_of(solution: Solution, slopes: list[Array], n_outliers: int) -> tuple[Array, float]:
-    """Return the covariance of all parameters, and the prediction error variance.
-
-    The order is plant, offsets, noise model. The prediction errors are white, so it is their variance over the information matrix
-    of all parameters together: in a closed loop those of plant and noise are correlated.
-
-    Args:
-        solution: Fit to all of the record.
-        slopes: Slopes of the fit.
-        n_outliers: Number of samples that are left out.
-    """
-    noise = solution.noise
-    pairs = zip(slopes, solution.residuals, strict=True)
-    jacobian = np.vstack([np.column_stack([whiten(slope, noise), _past(left, len(noise))]) for slope, left in pairs])
-    degrees = max(len(solution.errors) - n_outliers - jacobian.shape[1], 1)
-    variance = solution.cost / degrees
-    size = np.linalg.norm(jacobian, axis=0)
-    size[size == 0.0] = 1.0
-    # Initial states and offsets can be alike, so directions without information are left out.
-    inverse = np.linalg.pinv(jacobian / size, rcond=MIN_INFORMATION)
-    return variance * (inverse @ inverse.T) / np.outer(size, size), variance
-
-
-def _past(series: Array, order: int) -> Array:
-    n = len(series)
-    return np.column_stack([np.zeros((n - order, 0)), *(-series[order - k : n - k] for k in range(1, order + 1))])
-
-
-def slopes_of(projection: Projection, solution: Solution) -> list[Array]:
-    """Return the slopes of each experiment's output (samples, k).
-
-    The order is shapes, dead times, linear parameters.
-    """
-    m, n = solution.shape.shape
-    late = m if solution.structure.has_dead_time else 0
-    middle = np.concatenate([solution.shape.ravel(), solution.dead_times])
-    steps = np.concatenate(
-        [np.full(m * n, DIFFERENCE), np.full(late, DEAD_TIME_DIFFERENCE * projection.problem.period)]
-    )
-
-    def outputs(parameters: Array) -> list[Array]:
-        columns = projection.matrices(parameters[: m * n].reshape(m, n), parameters[m * n :])
-        return [each @ solution.linear for each in columns]
-
-    linear = projection.matrices(solution.shape, solution.dead_times)
-    slopes: list[list[Array]] = [[] for _ in linear]
-    for i, step in enumerate(steps):
-        ahead, behind = middle.copy(), middle.copy()
-        ahead[i] += step
-        # No dead time is below 0.
-        behind[i] = behind[i] - step if i < m * n else max(behind[i] - step, 0.0)
-        for columns, high, low in zip(slopes, outputs(ahead), outputs(behind), strict=True):
-            columns.append((high - low) / (ahead[i] - behind[i]))
-    return [np.column_stack([*columns, each]) for columns, each in zip(slopes, linear, strict=True)]

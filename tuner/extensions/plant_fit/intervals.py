@@ -7,9 +7,11 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import norm, t
 
-from tuner.extensions.plant_fit.estimate import Search, Solution, covariance_of, slopes_of
+from tuner.extensions.plant_fit.curvature import Curvature, bends_of
+from tuner.extensions.plant_fit.estimate import Search, Solution
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.selection import Chosen
+from tuner.extensions.plant_fit.slopes import covariance_of, jacobian_of, slopes_of
 
 Array = np.ndarray
 LEVEL = 0.975
@@ -25,6 +27,8 @@ MIN_DEVIATION = 1e-7
 """Relative standard deviation below which a record counts as free of noise."""
 PULL_WEIGHT, MAX_TRIALS, TRIAL_EVALUATIONS, MAX_OVERSHOOT = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
+MAX_CORRECTION = 1.5
+"""Largest mean loss that intervals are corrected by: more is beyond two terms of a series."""
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
 
@@ -74,12 +78,14 @@ class FittedPlant:
         covariance: Covariance of shapes, dead times, numerators, offsets and noise, in that order.
         variance: Variance of the prediction errors.
         likelihood: Restricted likelihood of the noise model.
+        jacobian: Slopes of the prediction errors to these parameters (samples, k).
     """
 
     chosen: Chosen
     covariance: Array
     variance: float
     likelihood: RestrictedLikelihood
+    jacobian: Array
 
     @classmethod
     def of(cls, chosen: Chosen) -> "FittedPlant":
@@ -88,7 +94,8 @@ class FittedPlant:
         slopes = slopes_of(chosen.projection, solution)
         likelihood = RestrictedLikelihood.of(slopes, solution.residuals, len(solution.noise))
         n_outliers = sum(len(each) for each in chosen.problem.outliers)
-        return cls(chosen, *covariance_of(solution, slopes, n_outliers), likelihood)
+        jacobian = jacobian_of(solution, slopes)
+        return cls(chosen, *covariance_of(solution, jacobian, n_outliers), likelihood, jacobian)
 
     @property
     def solution(self) -> Solution:
@@ -150,6 +157,17 @@ class FittedPlant:
         degrees = self.likelihood.degrees_of(slopes, self.solution.noise)
         deviation, of_plant = (float(np.sqrt(max(each, 0.0))) for each in (both, alone))
         return Spread(deviation, of_plant, float(t.ppf(LEVEL, degrees)))
+
+    @cached_property
+    def curvature(self) -> Curvature:
+        """Second derivatives of the responses at the fit."""
+        return Curvature.of(self.chosen.projection, self.solution, self.jacobian, self.variance)
+
+    def correction(self, function: Callable[[Array], float]) -> float:
+        """Return Bartlett's correction of the loss that a function's interval allows."""
+        deviations = np.sqrt(np.diag(self.covariance)[: self.n_plant])
+        mean = self.curvature.mean_loss(*bends_of(function, self.parameters, deviations))
+        return float(np.sqrt(np.clip(mean, 1.0, MAX_CORRECTION)))
 
     def numbers(self, j: int, units: tuple[str, str] = ("1", "1")) -> list[Number]:
         """Return gain, shape, zeros and dead time of an input; units: of input and output."""
@@ -236,7 +254,7 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
     if spread.of_plant <= MIN_DEVIATION * max(abs(middle), plant.chosen.problem.period):
         return middle - shift, middle + shift
     # The noise model stays, so losses count by the deviation that they would have if it were known.
-    wanted = spread.quantile * spread.deviation / spread.of_plant
+    wanted = spread.quantile * spread.deviation / spread.of_plant * plant.correction(number)
     weight = PULL_WEIGHT * float(np.sqrt(plant.variance)) / spread.of_plant
     ends = []
     for sign in (-1.0, 1.0):
@@ -248,7 +266,7 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
 
             start = Search(plant.chosen.projection).polish(start, evaluations=TRIAL_EVALUATIONS, pull=pull)
             at = number(plant.parameters_of(start))
-            lost = float(np.sqrt(max(len(solution.errors) * np.log(start.cost / solution.cost), 0.0)))
+            lost = float(np.sqrt(max(start.cost - solution.cost, 0.0) / plant.variance))
             if lost >= wanted:
                 # The loss is about a parabola, so its root is nearly straight.
                 end = before[0] + (at - before[0]) * (wanted - before[1]) / (lost - before[1])

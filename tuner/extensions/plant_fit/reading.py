@@ -164,7 +164,7 @@ def _check_time(experiment: Experiment, file: Path) -> None:
         row = int(np.argmax(steps <= 0.0)) + 2
         before, at = experiment.time[row - 2], experiment.time[row - 1]
         raise InputError(
-            f"its time goes from {before:g} to {at:g} s at row {row:,}; sort the rows by time and remove repeated ones",
+            f"its time goes from {before:.12g} to {at:.12g} s at row {row:,}; sort the rows by time and remove repeated ones",
             file=file,
         )
     longest, usual = float(steps.max()), float(np.median(steps))

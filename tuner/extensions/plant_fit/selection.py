@@ -4,6 +4,7 @@ The parts are blocks all over the record, so that a single step is in most of th
 one of its own would explain what a poor plant leaves over.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -16,13 +17,13 @@ from tuner.extensions.plant_fit.estimate import (
     Search,
     Solution,
     share,
-    slopes_of,
     starts_of,
     usual_dead_times,
 )
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
-from tuner.extensions.plant_fit.structures import FIRST, Structure
+from tuner.extensions.plant_fit.slopes import slopes_of
+from tuner.extensions.plant_fit.structures import FIRST, Structure, extended
 
 Array = np.ndarray
 N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 3
@@ -32,6 +33,8 @@ SAMPLES_EACH = 8
 """Fewest samples for each parameter."""
 HOPELESS_RATIO = 4.0
 """Sum of squared residuals over the best's from which a structure is not refined."""
+FAST_POLE = 0.2
+"""Time constant of a pole that is added to a simpler fit, in samples."""
 REFIT_EVALUATIONS = 10
 """Steps of a refinement."""
 MAX_LOSS = 0.05
@@ -40,6 +43,8 @@ MIN_ADVANTAGE = 2.0
 """Standard errors by which a richer structure has to be better."""
 MIN_GAIN = 0.02
 """Share of the mean square by which it has to be better."""
+MAX_HELD_OUT_LOSS = 0.1
+"""Fit to held-out blocks by which a simpler structure may be below the best."""
 START_P = 12.0
 """Gain in the logarithm of the likelihood from which an initial state is estimated; 1 in 100,000 records at rest reaches it."""
 
@@ -123,8 +128,28 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
         coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
         projection = Projection(problem, structure)
         start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
-        fits[structure.name] = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
+        fit = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
+        fits[structure.name] = min((fit, *_better(projection, fit, fits)), key=lambda each: each.cost)
     return fits
+
+
+def _better(projection: Projection, fit: Solution, fits: dict[str, Solution]) -> Iterator[Solution]:
+    """Yield a fit from the best simpler one, if any is better.
+
+    A thinned record may hide a fast pole, and a search from there ends in another minimum.
+    """
+    fast = FAST_POLE * projection.problem.period
+    simpler = [
+        (each, shapes)
+        for each in fits.values()
+        if each.cost < fit.cost and (shapes := extended(each.shape, each.structure, fit.structure, fast)) is not None
+    ]
+    if simpler:
+        best, shapes = min(simpler, key=lambda pair: pair[0].cost)
+        # A fast pole delays by its time constant.
+        further = fast * (fit.structure.order - best.structure.order)
+        start = projection.solve(shapes, np.maximum(best.dead_times - further, 0.0), best.noise)
+        yield Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
 
 
 def _earlier(structure: Structure, fits: dict[str, Solution]) -> Solution | None:
@@ -225,5 +250,12 @@ def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array
 
 def _simplest(rivals: list[Rival]) -> Rival:
     """Return the simplest rival within standard errors of the best."""
-    able = [each for each in rivals if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)]
+    best = min(rivals, key=lambda each: each.score)
+    able = [
+        each
+        for each in rivals
+        if each.score - 1.0 <= max(MIN_ADVANTAGE * each.error, MIN_GAIN)
+        # Errors that are all in a few blocks have a large standard error.
+        and each.held_out >= best.held_out - MAX_HELD_OUT_LOSS
+    ]
     return min(able, key=lambda each: (each.structure.n_free, each.score))

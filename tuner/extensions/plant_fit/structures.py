@@ -78,6 +78,34 @@ class Structure:
         return lags + [entry for tail in tails for entry in ((f"w{tail}", "rad/s"), (f"zeta{tail}", "1"))]
 
 
+def extended(shapes: Array, simpler: Structure, richer: Structure, fast: float) -> Array | None:
+    """Return shapes of a richer structure with a simpler one's poles.
+
+    None: it lacks these poles.
+
+    Args:
+        shapes: Shapes (inputs, n) of the simpler structure.
+        simpler: Structure with these shapes.
+        richer: Structure to be described.
+        fast: Time constant of the further poles [s].
+    """
+    further = richer.order - simpler.order
+    if further < 0 or simpler.integrators != richer.integrators or simpler.pairs > richer.pairs:
+        return None
+    if simpler.zeros > richer.zeros or simpler.has_dead_time > richer.has_dead_time:
+        return None
+    rows = []
+    for shape in shapes:
+        lags, pairs = [*shape[: simpler.lags], *[np.log(fast)] * further], list(shape[simpler.lags :])
+        for _ in range(richer.pairs - simpler.pairs):
+            slow, quick = lags.pop(0), lags.pop()
+            # Two lags are a pair with w^2 = 1 / (T1 T2) and 2 zeta / w = T1 + T2.
+            w = -0.5 * (slow + quick)
+            pairs += [w, w + np.logaddexp(slow, quick) - np.log(2.0)]
+        rows.append([*lags, *pairs])
+    return np.array(rows)
+
+
 FIRST = Structure("first order", lags=1)
 SECOND = Structure("second order", pairs=1)
 SECOND_ZERO = Structure("second order with a zero", pairs=1, zeros=1)

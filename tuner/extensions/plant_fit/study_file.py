@@ -20,6 +20,8 @@ MAX_WIDTH = 0.9
 """Largest half-width of a parameter that is written."""
 NEGLIGIBLE = 1e-4
 """Half-width below which a direction is left out."""
+MAX_DIRECTIONS = 6
+"""Most directions of a spread at whose ends margins are limited: all 64 ends are judged."""
 PERIODS = 120.0
 """Control periods in the time that a plant takes at most, so that flights stay short."""
 MAX_LATE = 100
@@ -73,16 +75,22 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
             _scenario(kind, loops, signals, joint, period, float(slowness(plants))) for kind in ("set point", "load")
         ],
         "objective": [{"metric": f"iae.{loop.output}"} for loop in loops] + [{"metric": "travel"}],
-        "margin": [{"quantity": "ms", "max": 2.0}, *_delay_margin(plants, period)],
+        "margin": _margins(plants, period, len(joint)),
         "search": {"population": 16, "generations": 10},
     }
     return toml_text(table)
 
 
-def _delay_margin(plants: Sequence[FittedPlant], period: float) -> list[PlainTable]:
-    """Return the limit that makes loops tolerate the longest dead time.
+def _margins(plants: Sequence[FittedPlant], period: float, n_spread: int) -> list[PlainTable]:
+    """Return limits on margins at the ends of the spread.
 
-    A dead time is a line of whole control periods that is the same in all flights, so no spread can move it.
+    A dead time is a line of whole control periods that is the same in all flights, so no spread can move it: the limit on the
+    delay margin makes loops tolerate its longest value.
+
+    Args:
+        plants: Plant of each output.
+        period: Control period [s].
+        n_spread: Number of directions of the joint spread.
     """
     above = [
         high - round(late / period) * period
@@ -92,7 +100,11 @@ def _delay_margin(plants: Sequence[FittedPlant], period: float) -> list[PlainTab
         if np.isfinite(high)
     ]
     least = round_to(max(above, default=0.0) / period, 2)
-    return [{"quantity": "delay_periods", "min": least}] if least > 0.0 else []
+    limits: list[PlainTable] = [{"quantity": "ms", "max": 2.0}]
+    if least > 0.0:
+        limits.append({"quantity": "delay_periods", "min": least})
+    # Limits on the fitted plant alone can be violated by the true one. Ends of more directions at once are too far from both.
+    return [{**each, "spread": True} for each in limits] if 0 < n_spread <= MAX_DIRECTIONS else limits
 
 
 def control_period(plants: Sequence[FittedPlant]) -> float:

@@ -35,7 +35,13 @@ def slow_sticks(period: float, duration: float, amplitude: float, rng: np.random
 
 
 def fly_axis(
-    tune: Tune, axis: str, plant: AxisPlant, sampling: Sampling, setpoint: Array, rng: np.random.Generator
+    tune: Tune,
+    axis: str,
+    plant: AxisPlant,
+    sampling: Sampling,
+    setpoint: Array,
+    rng: np.random.Generator,
+    gate: equations.Gate = IN_FLIGHT,
 ) -> tuple[Array, Array]:
     """Return output and filtered gyro [deg/s] by loop."""
     period, constants = sampling.period, tune.axis(axis, sampling.period)
@@ -52,7 +58,7 @@ def fly_axis(
         for j, share in enumerate(shares):
             stages[j] += share * (seen - stages[j])
             seen = stages[j]
-        terms, memory = equations.step_axis(memory, constants, IN_FLIGHT, seen, wanted, 0.0, period)
+        terms, memory = equations.step_axis(memory, constants, gate, seen, wanted, 0.0, period)
         output = float(np.clip(sum(terms), -constants.limit, constants.limit))
         memory = equations.with_output(memory, output)
         outputs[i], rates[i] = output, seen

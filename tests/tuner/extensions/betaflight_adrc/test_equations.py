@@ -63,6 +63,15 @@ def test_ground_wc_of_the_default_tune_is_10_rad_per_s():
     assert tune.with_numbers({"adrc_wo_roll": 500.0}).axis("roll", 1e-3).ground_wc == 8.0
 
 
+@pytest.mark.parametrize("zeta", [100.0, 50.0, 0.0])
+def test_a_damping_ratio_scales_d_alone(zeta):
+    """Notes of b11: 100 % leaves the law as it is, 50 % halves D, and 0 % removes it."""
+    full, scaled = (default_tune().with_numbers({"adrc_zeta_yaw": value}).axis("yaw", 1e-3) for value in (100.0, zeta))
+    state = equations.seeded(30.0)._replace(z2=500.0, z3=-4000.0)
+    usual, damped = (equations.feedback(state, constants, 1.0, 2000.0) for constants in (full, scaled))
+    assert damped == usual._replace(d=0.01 * zeta * usual.d)
+
+
 def test_builds_are_known_by_revision_or_by_settings():
     assert recognize_build("6317fe2aa", frozenset()) is BUILDS["b10.1"]
     assert recognize_build("0123456", frozenset({"adrc_motor_tau_ms"})) is BUILDS["mp2"]
@@ -74,8 +83,8 @@ def test_builds_are_known_by_revision_or_by_settings():
 @pytest.mark.parametrize(
     ("build", "name", "value", "said"),
     [
-        ("b10.1", "adrc_ground_wc", 10.0, "build b10.1 has no such number"),
-        ("mp2", "adrc_td_hz", 10.0, "build mp2 has no such number"),
+        ("b10.1", "adrc_ground_wc", 10.0, "build b10.1 has no such setting"),
+        ("mp2", "adrc_td_hz", 10.0, "build mp2 has no such setting"),
         ("b11", "adrc_wc_roll", 4.0, "given 4 rad/s; give a whole number from 5 to 300"),
         ("b11", "adrc_wc_roll", 60.5, "given 60.5 rad/s"),
     ],

@@ -28,8 +28,9 @@ def test_a_chirp_shows_the_plant(chirped, axis):
     """Within three half-widths, so that a right interval fails one time in a million."""
     fit, plant = identify_axis(chirped, axis, SAMPLING), PLANTS[axis]
     assert fit.reason == "" and fit.excited > 30.0
-    pairs = ((fit.gain, plant.gain), (fit.lag, plant.lag), (fit.dead_time, plant.dead_time), (fit.b0, plant.b0))
-    for (low, high), truth in pairs:
+    assert ("zero" in fit.intervals) == (axis == "yaw")
+    for name, (low, high) in fit.intervals.items():
+        truth = getattr(plant, name)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         assert abs(truth - middle) < 3.0 * half and half < 0.2 * truth
     assert axis == "roll" or fit.plant.zero == pytest.approx(0.13, rel=0.15)
@@ -87,6 +88,20 @@ def test_the_command_takes_a_log_and_names_what_it_does_not_show(monkeypatch, tm
         tuner.adrc(file, log=tmp_path / "chirp.bbl", plants=tmp_path / "plants.toml")
 
 
+def test_slow_sticks_are_refused_on_yaw_whose_gain_they_seem_to_show(monkeypatch, vehicle, tmp_path):
+    """Of 54 such fits 7 in 10 had the dead time in its interval."""
+    rng = np.random.default_rng(1000)
+    setpoint = slow_sticks(SAMPLING.period, DURATION, 150.0, rng)
+    log = fly(TUNE, {"yaw": PLANTS["yaw"]}, SAMPLING, np.column_stack([setpoint] * 3), rng)
+    assert identify_axis(log, "yaw", SAMPLING).reason == ""
+    monkeypatch.setattr(identifying, "read_log", lambda path: log)
+    document = tuner.adrc(
+        vehicle(adrc_wc_yaw="40", adrc_wo_yaw="60"), log=tmp_path / "log.bbl", gyro_rate=2000.0
+    ).document
+    assert any("yaw: the log moves the output up to" in note and "fly a chirp" in note for note in document.notes)
+    assert {row.source for row in document.plants} == {"b0"}
+
+
 @pytest.mark.slow
 def test_intervals_of_chirped_logs_hold_the_truth():
     """Of 12 logs of two axes: a share of 0.95 gives fewer than 19 of 24 in one of 1,000 tries."""
@@ -96,7 +111,7 @@ def test_intervals_of_chirped_logs_hold_the_truth():
         log = fly(TUNE, PLANTS, SAMPLING, np.column_stack([setpoint] * 3), np.random.default_rng(seed), 1 + seed % 2)
         for axis, plant in PLANTS.items():
             fit = identify_axis(log, axis, SAMPLING)
-            for name, truth in (("gain", plant.gain), ("lag", plant.lag), ("b0", plant.b0)):
-                low, high = getattr(fit, name)
-                held[name].append(low <= truth <= high)
+            for name, values in held.items():
+                low, high = fit.intervals[name]
+                values.append(low <= getattr(plant, name) <= high)
     assert all(sum(values) >= 19 for values in held.values()), {name: sum(values) for name, values in held.items()}

@@ -1,7 +1,5 @@
 """Random tunes and signals, and the law run on them loop by loop, for the comparison with the firmware's code."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,12 +40,10 @@ def random_case(seed: int) -> tuple[Tune, float, Array]:
         "adrc_wc_ramp_ms": float(rng.choice([0, 50, 100, 300])),
         "adrc_ground_dgain": float(rng.choice([0, 10, 40])),
         "adrc_td_hz": float(rng.choice([0, 0, 20, 60])),
+        "adrc_b0_law": SCHEDULES[str(rng.choice(list(SCHEDULES)))],
+        "adrc_sat_z3_inhibit": float(rng.integers(2)),
     }
-    tune = replace(
-        default_tune().with_numbers(numbers),
-        schedule=str(rng.choice(list(SCHEDULES))),
-        inhibits=bool(rng.integers(2)),
-    )
+    tune = default_tune().with_numbers(numbers)
     period = float(rng.choice([125e-6, 312e-6, 1e-3]))
     rates = np.cumsum(rng.standard_normal((N_LOOPS, 3)), axis=0) * rng.uniform(0.5, 3.0)
     setpoints = np.repeat(rng.uniform(-300.0, 300.0, (N_LOOPS // 200, 3)), 200, axis=0)
@@ -66,9 +62,10 @@ def random_case(seed: int) -> tuple[Tune, float, Array]:
 
 def settings_row(tune: Tune) -> list[float]:
     """Return the settings as the row of numbers that a judge takes."""
-    words = {"adrc_b0_law": SCHEDULES[tune.schedule], "adrc_sat_z3_inhibit": float(tune.inhibits)}
-    values = {**tune.numbers, **words}
-    return [*[tune.of(name, axis) for name in ("wc", "wo", "b0") for axis in AXES], *[values[name] for name in ORDER]]
+    return [
+        *[tune.of(name, axis) for name in ("wc", "wo", "b0") for axis in AXES],
+        *[tune.numbers[name] for name in ORDER],
+    ]
 
 
 def run_law(tune: Tune, period: float, signals: Array, kind: type = np.float64) -> Array:
@@ -84,7 +81,7 @@ def run_law(tune: Tune, period: float, signals: Array, kind: type = np.float64) 
         after = equations.step_gate(gate, constants, np.abs(row[:3]).max(), row[6], row[7], h)
         for k in range(3):
             memory = equations.released(memories[k], gate, after)
-            inhibited = saturated if tune.inhibits else kind(0)
+            inhibited = saturated * kind(tune.numbers["adrc_sat_z3_inhibit"])
             terms, memory = equations.step_axis(memory, axes[k], after, row[k], row[3 + k], inhibited, h)
             output = np.clip(terms.p + terms.i + terms.d, -axes[k].limit, axes[k].limit)
             memories[k] = memory._replace(output=output)
