@@ -17,9 +17,9 @@
     T       period of the loop                                   s
 
 All right-hand sides are of the loop before. Before lift-off the gate is shut: b u is left out, sigma is the leak on the ground,
-and an update that makes |z3| larger is dropped (in the head of August only at idle throttle). Betaflight pull request 15400, src/main/flight/adrc.c of build b11; tau as in the
-notes of builds mp1 and mp2, zeta as in those of b11, whose code is not published. Resets at values that are not finite are left
-out: inputs are finite.
+and an update that makes |z3| larger is dropped, in the pull request's head of August at idle throttle alone. Betaflight pull
+request 15400, src/main/flight/adrc.c of build b11 and at 6317fe2a; tau as in the notes of builds mp1 and mp2, zeta as in those
+of b11, whose code is not published. Resets at values that are not finite are left out: inputs are finite.
 """
 
 from typing import NamedTuple

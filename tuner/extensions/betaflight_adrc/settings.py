@@ -135,7 +135,7 @@ BUILDS: dict[str, Build] = {
         Build("mp2", (), frozenset({"adrc_td_hz", *DAMPING})),
     )
 }
-"""Builds by name; "pr" is the line of the pull request in October, b11 without damping ratios, "pr-august" its head of August 4."""
+"""Builds by name; "pr" is the line of the pull request, b11 without damping ratios; "pr-august" is its head of August 4."""
 DEFAULT_BUILD = "b11"
 REVISION = re.compile(r"#\s*Betaflight\s*/.*\(([0-9a-f]{7,40})\).*")
 """First line of a file, with the revision in brackets."""
