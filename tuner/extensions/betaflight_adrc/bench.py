@@ -1,4 +1,7 @@
-"""The simulator build of pull request 15400 as a firmware of `tuner confirm`."""
+"""The simulator build of Betaflight with ADRC as a firmware.
+
+Pull request 15400; `tuner confirm` flies finalists in it, see docs/how_to/confirm.md.
+"""
 
 import re
 from collections.abc import Callable
@@ -28,7 +31,7 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
 
 
 def _has_schedules(bench: Bench) -> bool:
-    """Return True for a program whose command line has the setting of the schedule."""
+    """Return True for a program that has the setting of the schedule."""
     bench.folder.mkdir(parents=True, exist_ok=True)
     line = CommandLine(bench.binary, bench.folder, shim_in(bench.folder))
     try:

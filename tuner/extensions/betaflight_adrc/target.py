@@ -36,7 +36,7 @@ NATIVE_LAW = NativeLaw(
 )
 """Setting of each gain by axis; schedule and motor lag have settings in some builds alone."""
 SILENT = (*(names.f for names in NAMES.values()), "angle_feedforward", "thrust_linear", "gyro_lpf1_dyn_min_hz")
-"""Numbers that are 0 with the law: terms beside it, and a low-pass that follows the throttle."""
+"""Numbers that are 0 with the law: feed-forward, thrust linearization, and a low-pass that follows the throttle."""
 FIXED_SWITCHES = {
     "pid_type": ("ADRC", "CLASSIC"),
     "simplified_gyro_filter": ("OFF", "ON"),
