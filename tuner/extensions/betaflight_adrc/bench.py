@@ -19,6 +19,8 @@ from tuner.extensions.betaflight_adrc.target import TARGET
 OPEN_GATE = "set adrc_liftoff_throttle = 1"
 """Line by which the gate opens as soon as there is throttle; the flights begin in the air."""
 SCHEDULE_LINE = re.compile(rf"^set {SCHEDULE} = (\w+)\n", re.MULTILINE)
+ALLOWED = "Allowed values"
+"""Part of the answer to `get` of a setting that the program has."""
 ONLY_SCHEDULE = BUILDS["pr-august"].schedule
 
 
@@ -31,13 +33,17 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
 
 
 def _has_schedules(bench: Bench) -> bool:
-    """Return True for a program that has the setting of the schedule."""
+    """Return True for a program that has the setting of the schedule; raises InputError for one without the law."""
     bench.folder.mkdir(parents=True, exist_ok=True)
     line = CommandLine(bench.binary, bench.folder, shim_in(bench.folder))
     try:
-        return "Allowed values" in line.say(f"get {SCHEDULE}")
+        has_law, has_schedules = (ALLOWED in line.say(f"get {name}") for name in ("pid_type", SCHEDULE))
     finally:
         line.close()
+    if not has_law:
+        message = "has no pid_type = ADRC; build pull request 15400 as docs/how_to/confirm.md says"
+        raise InputError(message, file=bench.binary, key="--binary")
+    return has_schedules
 
 
 def _only_quadratic(line: re.Match[str]) -> str:

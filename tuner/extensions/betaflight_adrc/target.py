@@ -49,6 +49,8 @@ DIFFERENCES = (
     "pilot's place, gives tilt, yaw rate and throttle; what is verified flies them as tuned.",
     "In what is verified the gate is open and the schedule of b0 has the collective of hover; in Betaflight the schedule "
     "follows the collective, and before lift-off the settings of the ground act.",
+    "Feed-forward and thrust linearization are switched off, and the low-passes of the gyro are set to fixed cut-offs, first "
+    "order each.",
     "RPM and dynamic notches stay as they are on the vehicle, and what phase they take is not in the margins.",
 )
 

@@ -60,6 +60,11 @@ def test_rollback_is_the_classic_controller():
     assert written(exported().rollback[FILE])["pid_type"] == "CLASSIC"
 
 
+def bench_in(folder):
+    rotors = actuation(controller(airframe="racer5").airframe.vehicle, None)
+    return Bench(folder / "program", folder, rotors, 0.00025)
+
+
 @pytest.fixture
 def loaded(monkeypatch, tmp_path):
     """Return the lines that the bench loads into a program with or without the setting of the schedule."""
@@ -68,11 +73,37 @@ def loaded(monkeypatch, tmp_path):
         given = []
         monkeypatch.setattr(bench, "_has_schedules", lambda _: has_schedules)
         monkeypatch.setattr(bench.betaflight, "install", lambda _, text: given.append(text))
-        rotors = actuation(controller(airframe="racer5").airframe.vehicle, None)
-        bench.install(Bench(tmp_path / "program", tmp_path, rotors, 0.00025), content)
+        bench.install(bench_in(tmp_path), content)
         return given[0]
 
     return load
+
+
+class Answers:
+    """Command line of a program that has some settings."""
+
+    def __init__(self, *known):
+        self.known = known
+
+    def say(self, line):
+        return "Allowed values: A, B" if line.removeprefix("get ") in self.known else "###ERROR IN get: INVALID NAME###"
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize(("known", "has_schedules"), [(("pid_type", "adrc_b0_law"), True), (("pid_type",), False)])
+def test_a_program_says_whether_it_has_schedules(monkeypatch, tmp_path, known, has_schedules):
+    monkeypatch.setattr(bench, "CommandLine", lambda *_: Answers(*known))
+    monkeypatch.setattr(bench, "shim_in", lambda folder: folder)
+    assert bench._has_schedules(bench_in(tmp_path)) is has_schedules
+
+
+def test_a_program_without_the_law_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(bench, "CommandLine", lambda *_: Answers())
+    monkeypatch.setattr(bench, "shim_in", lambda folder: folder)
+    with pytest.raises(InputError, match="has no pid_type = ADRC; build pull request 15400"):
+        bench._has_schedules(bench_in(tmp_path))
 
 
 def test_on_the_bench_the_gate_opens_with_the_throttle(loaded):
