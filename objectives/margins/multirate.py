@@ -174,7 +174,7 @@ class _OfLoci:
         return margins
 
     def _of_fundamental(self, requested: Fields) -> dict[str, tuple[float, float]]:
-        """Rejection bandwidth and group delay, from the part of the command at the frequency of the signal injected."""
+        """Return rejection bandwidth and group delay by the fundamental of the command."""
         t = _fundamental_of(self._part, self._form, self._j)
         margins: dict[str, tuple[float, float]] = {}
         if "rejection" in requested:
@@ -273,7 +273,7 @@ def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> 
 
 
 def _rejection(sensitivity: Callable[[Array], Array], form: Lifting, channel: int) -> float:
-    """Lowest frequency [rad/s] at which S comes up through -3 dB, 0 where nothing is rejected."""
+    """Return the lowest frequency [rad/s] at which S exceeds -3 dB, if any."""
     w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points // COARSER)
     above = sensitivity(w) ** 2 >= REJECTED
     if above[0] or not above.any():
@@ -291,7 +291,10 @@ def _halved(is_before: Callable[[Array], NDArray[np.bool_]], low: float, high: f
 
 
 def _group_delay(t: Callable[[Array], Complex], at: float) -> float:
-    """Group delay [s] of L = -T/(1 + T) at a frequency [rad/s], by a central difference; 0 where there is no crossover."""
+    """Return the group delay [s] of L = -T/(1 + T) at a frequency [rad/s].
+
+    It is a central difference, 0 where there is no crossover.
+    """
     if at <= 0.0:
         return 0.0
     below, above = t(at * np.array([1.0 - DIFFERENCE, 1.0 + DIFFERENCE]))

@@ -223,7 +223,7 @@ class FinalFlights:
 
 
 def carried(other: tuple[Array, Array, Array], differences: PairedDifference) -> tuple[Array, Array, Array]:
-    """Return values with both ends of their intervals (rows,), from those of others and the differences to them.
+    """Return values and intervals (rows,) by differences to others.
 
     Distances to ends add as variances do: G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
     """

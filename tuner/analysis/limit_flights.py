@@ -124,7 +124,7 @@ class LimitFlights:
         return parts
 
     def _pairs(self, flown: FinalFlights, parts: np.ndarray) -> dict[tuple[int, int], Paired]:
-        """Return intervals by row and constraint that the row with the most flights narrows.
+        """Return intervals by row and constraint that the leader narrows.
 
         parts (3, rows, constraints): values and ends by the flights of each row alone.
         """
@@ -141,7 +141,10 @@ class LimitFlights:
         return {key: paired for key, paired in pairs.items() if paired is not None}
 
     def _difference(self, flown: FinalFlights, row: int, leader: int, i: int) -> PairedDifference | None:
-        """Return the difference of a constraint on the flights that both rows made, None if the leader made no others."""
+        """Return the difference on the flights of both rows, if any.
+
+        There is none where the leader made no others.
+        """
         (scores, origin), (others, longer) = self.samples(flown, row), self.samples(flown, leader)
         if len(longer) <= len(origin) or not np.array_equal(longer[: len(origin)], origin):
             return None
@@ -210,9 +213,9 @@ class LimitFlights:
         return value, float(low), float(high)
 
     def _seen(self, scores: np.ndarray, origin: np.ndarray, i: int) -> np.ndarray:
-        """Return the scores of a constraint in the scenarios that it counts in."""
-        scenario, own = self.problem.constraints[i].objective.scenario, scores[len(self.problem.objectives) + i]
-        return own if scenario is None else own[origin == scenario]
+        """Return the scores of a constraint in its scenarios."""
+        scenario, row = self.problem.constraints[i].objective.scenario, scores[len(self.problem.objectives) + i]
+        return row if scenario is None else row[origin == scenario]
 
     def confidence_of(self, entry: Constraint, row: int) -> float:
         """Return the confidence of a row's interval: that of its latest look, of the study without further flights."""

@@ -1,8 +1,8 @@
-"""Estimate of a point by its difference to one that made more of the same flights.
+"""Estimate of a point by its difference to another one.
 
-Points that lie close together rise and fall with the air alike, so their difference varies far less than their values (control
-variates: P. Glasserman, "Monte Carlo Methods in Financial Engineering", Springer, 2003, section 4.1). One point at a limit that
-flies on decides the limit of its neighbors, too.
+The other one made more of the same flights. Points that lie close together rise and fall with the air alike, so their difference
+varies far less than their values (control variates: P. Glasserman, "Monte Carlo Methods in Financial Engineering", Springer,
+2003, section 4.1). One point at a limit that flies on decides the limit of its neighbors, too.
 """
 
 from typing import NamedTuple
@@ -27,12 +27,12 @@ class Paired(NamedTuple):
     is_led: bool
 
 
-def paired_estimate(own: np.ndarray, other: np.ndarray, difference: PairedDifference) -> Paired | None:
-    """Return the estimate by a paired difference, None where the point's own flights give a narrower interval.
+def paired_estimate(alone: np.ndarray, other: np.ndarray, difference: PairedDifference) -> Paired | None:
+    """Return the estimate by a paired difference, if it is narrower.
 
-    own, other (3,): value, lower and upper end by the flights of each alone.
+    alone, other (3,): value, lower and upper end of the point and of the other one, by the flights of each alone.
     """
     estimate = np.array(carried((other[0], other[1], other[2]), difference))
-    if estimate[2] - estimate[1] >= own[2] - own[1]:
+    if estimate[2] - estimate[1] >= alone[2] - alone[1]:
         return None
-    return Paired(estimate, float(own[2] - own[0]), bool(difference.high - difference.low < other[2] - other[1]))
+    return Paired(estimate, float(alone[2] - alone[0]), bool(difference.high - difference.low < other[2] - other[1]))

@@ -54,7 +54,7 @@ def further_finalists(
 
 
 def largest_broken(value: np.ndarray, best: float, study: SearchedStudy, validated: Validated) -> float:
-    """Return the largest better value of a finalist that surely breaks a limit.
+    """Return the largest better value of a finalist that breaks limits.
 
     Between it and the recommended point lies the best that keeps all limits, if these cost.
     """

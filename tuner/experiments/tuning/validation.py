@@ -24,9 +24,9 @@ from tuner.search.watcher import Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.text.sentences import counted
 
-HOPE = 0.5
-"""Part of an interval below a value that is about its standard error."""
-SMALL = 0.25
+STANDARD_ERROR = 0.5
+"""Standard error of a value in the part of its interval below it."""
+NEGLIGIBLE_SHARE = 0.25
 """Share of a difference that matters up to which a better objective is worth no flights."""
 MAX_CONFIRMED_POINTS = 5
 """Points that are confirmed one after the other, where confirmation flights show that the one before breaks a limit."""
@@ -201,7 +201,7 @@ class Validation:
         is_alone = values.shape[1] == 1 and bool(finalists.feasible[1:].any())
         if is_alone:
             best = values[finalists.feasible].min()
-            matters &= values[:, 0] < best - SMALL * self.study.table.relevant * abs(best)
+            matters &= values[:, 0] < best - NEGLIGIBLE_SHARE * self.study.table.relevant * abs(best)
         is_open = matters & look.is_open
         likely = is_open & self._limits.may_settle(look, flown)
         # Rows that the last look would hardly settle spend the flights of those behind them.
@@ -209,7 +209,7 @@ class Validation:
             is_open = likely
         if is_alone and not is_open.any():
             # All rows fly the same flights: one that flies on shows by how much these are too harsh for all.
-            is_open = matters & look.is_hoped & self._limits.may_settle(look, flown, HOPE)
+            is_open = matters & look.is_hoped & self._limits.may_settle(look, flown, STANDARD_ERROR)
         if not is_open.any():
             return None
         hoped = finalists.feasible | is_open

@@ -52,7 +52,7 @@ def unprovable_shares(study: SearchedStudy) -> list[str]:
 
 
 def wrong_units(study: SearchedStudy) -> list[str]:
-    """Warn of limits on metrics and margins that look like numbers of another unit."""
+    """Warn of limits that look like numbers of another unit."""
     metrics = [
         f"{entry.objective.label} at most {entry.most:g}: {text}."
         for entry in study.constraints
