@@ -106,6 +106,11 @@ class Constraint:
         return not (self.floor or self.is_tail)
 
     @property
+    def has_tolerance(self) -> bool:
+        """Whether flights narrow an error of its value."""
+        return self.is_flown and not (self.objective.is_binary or self.objective.risk.name == "worst")
+
+    @property
     def forbids_losses(self) -> bool:
         """Whether a single lost flight breaks it."""
         return self.objective.metric.metric.name == "failure" and self.most == 0.0

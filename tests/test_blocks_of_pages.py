@@ -49,6 +49,7 @@ SHOWN_BEFORE = (
     "docs/own_plant.md",
     "docs/how_to/betaflight_adrc.md",
     "docs/how_to/judge.md",
+    "docs/how_to/search_betaflight_adrc.md",
 )
 """Pages whose files other pages use, by the names of the files."""
 SLOW = {

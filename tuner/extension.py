@@ -44,7 +44,7 @@ BUNDLED_NAMES: Mapping[str, Names] = {
         "read-back": "judge", "sensitivity": "sensitivity", "tail": "tails",
     },
     "targets": {
-        "ardupilot": "ardupilot", "betaflight": "betaflight", "crazyflie": "crazyflie",
+        "ardupilot": "ardupilot", "betaflight": "betaflight", "betaflight_adrc": "betaflight_adrc", "crazyflie": "crazyflie",
         "fmi": "fmi", "matlab": "matlab", "px4": "px4", "ros2": "ros2", "rotorpy": "rotorpy",
     },
     "backends": {"cuda": "cuda", "cuda-float32": "cuda"},

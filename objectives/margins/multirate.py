@@ -32,6 +32,7 @@ from objectives.margins.lifting import Rate, instants_of
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.loci import CharacteristicLoci, TransferMatrix, delay_margin, find_crossings
 from objectives.margins.multiloop import balanced
+from objectives.margins.rejection import REJECTED
 from objectives.margins.results import Realization
 from objectives.margins.tracking import MAX_STEADY_SHARE, MIN_TRACKED_POWER
 
@@ -41,6 +42,8 @@ Fields = frozenset[str]
 
 # Halvings that find a bandwidth, and how often the interval about a peak is divided into how many points.
 HALVINGS, ZOOMS, PARTS = 60, 10, 9
+# Relative half-width of the difference that a group delay is.
+DIFFERENCE = 1e-5
 # Crossings and peaks of loci are refined, and a point of their grid takes as many eigenvalues as a channel has instants.
 COARSER = 3
 # Rival peaks that are looked at closer.
@@ -164,8 +167,22 @@ class _OfLoci:
             share = _fundamental_of(self._tracked, self._form, self._j)
             wide = _bandwidth(lambda w: np.abs(share(w)), self._form, self._j)
             margins["bandwidth"] = (wide, wide)
+        if requested & {"rejection", "group_delay"}:
+            margins |= self._of_fundamental(requested)
         if "load_index" in requested:
             margins["load_index"] = (_load_index(self._loaded, self._form.step(self._j)), 0.0)
+        return margins
+
+    def _of_fundamental(self, requested: Fields) -> dict[str, tuple[float, float]]:
+        """Return rejection bandwidth and group delay by the fundamental of the command."""
+        t = _fundamental_of(self._part, self._form, self._j)
+        margins: dict[str, tuple[float, float]] = {}
+        if "rejection" in requested:
+            wide = _rejection(lambda w: np.abs(1.0 + t(w)), self._form, self._j)
+            margins["rejection"] = (wide, wide)
+        if "group_delay" in requested:
+            at = self._classical(frozenset(["crossover"]))["crossover"][0]
+            margins["group_delay"] = (_group_delay(t, at), at)
         return margins
 
     def _classical(self, requested: Fields) -> dict[str, tuple[float, float]]:
@@ -173,7 +190,7 @@ class _OfLoci:
             self._part, self._form.period, self._form.step(self._j), len(self._form.instants[self._j])
         )
         w, t = self._w, loci.values(self._w)
-        real = [(loci.frequency(at, value)[0], value.real) for at, value in find_crossings(loci, w, t, level=None)]
+        real = [(abs(loci.frequency(at, value)[0]), value.real) for at, value in find_crossings(loci, w, t, level=None)]
         real += [(w[i], value.real) for i in (0, -1) for value in t[i] if abs(value.imag) < 1e-9 * abs(value)]
         line = find_crossings(loci, w, t, level=-0.5)
         crossed = [loci.frequency(at, value) for at, value in line]
@@ -252,11 +269,37 @@ def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> 
     if not above.any() or above[-1]:
         return float(w[-1]) if above.any() else 0.0
     i = int(np.flatnonzero(above)[-1])
-    low, high = w[i], w[i + 1]
+    return _halved(lambda at: share(at) ** 2 >= MIN_TRACKED_POWER, w[i], w[i + 1])
+
+
+def _rejection(sensitivity: Callable[[Array], Array], form: Lifting, channel: int) -> float:
+    """Return the lowest frequency [rad/s] at which S exceeds -3 dB, if any."""
+    w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points // COARSER)
+    above = sensitivity(w) ** 2 >= REJECTED
+    if above[0] or not above.any():
+        return 0.0
+    i = int(np.flatnonzero(above)[0])
+    return _halved(lambda at: sensitivity(at) ** 2 < REJECTED, w[i - 1], w[i])
+
+
+def _halved(is_before: Callable[[Array], NDArray[np.bool_]], low: float, high: float) -> float:
+    """Return the frequency [rad/s] between two at which a condition ends."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if share(np.array([middle]))[0] ** 2 >= MIN_TRACKED_POWER else (low, middle)
+        low, high = (middle, high) if is_before(np.array([middle]))[0] else (low, middle)
     return float(low)
+
+
+def _group_delay(t: Callable[[Array], Complex], at: float) -> float:
+    """Return the group delay [s] of L = -T/(1 + T) at a frequency [rad/s].
+
+    It is a central difference, 0 where there is no crossover.
+    """
+    if at <= 0.0:
+        return 0.0
+    below, above = t(at * np.array([1.0 - DIFFERENCE, 1.0 + DIFFERENCE]))
+    turned = np.angle((above / (1.0 + above)) / (below / (1.0 + below)))
+    return float(-turned / (2.0 * DIFFERENCE * at))
 
 
 def _load_index(part: TransferMatrix, step: float) -> float:

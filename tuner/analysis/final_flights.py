@@ -210,20 +210,27 @@ class FinalFlights:
         return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
 
     def _carried(self, i: int, confidence: float, *of_complete: Array) -> tuple[Array, Array, Array]:
-        """Return values and intervals of all rows from those of complete ones.
-
-        Distances to ends add as variances do: G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
-        """
+        """Return values and intervals of all rows from those of complete ones."""
         value, low, high = np.empty((3, len(self.complete)))
         value[self.complete], low[self.complete], high[self.complete] = of_complete
         stopped = np.flatnonzero(~self.complete)
         if len(stopped):
             nearest, differences = self._stand_ins(i, confidence)
-            below = np.hypot(value[nearest] - low[nearest], differences.difference - differences.low)
-            above = np.hypot(high[nearest] - value[nearest], differences.high - differences.difference)
-            value[stopped] = value[nearest] + differences.difference
-            low[stopped], high[stopped] = value[stopped] - below, value[stopped] + above
+            value[stopped], low[stopped], high[stopped] = carried(
+                (value[nearest], low[nearest], high[nearest]), differences
+            )
         return value, low, high
+
+
+def carried(other: tuple[Array, Array, Array], differences: PairedDifference) -> tuple[Array, Array, Array]:
+    """Return values and intervals (rows,) by differences to others.
+
+    Distances to ends add as variances do: G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
+    """
+    value = other[0] + differences.difference
+    below = np.hypot(other[0] - other[1], differences.difference - differences.low)
+    above = np.hypot(other[2] - other[0], differences.high - differences.difference)
+    return value, value - below, value + above
 
 
 def dominates(one: Array, other: Array, axis: int = -1) -> Array:

@@ -1,7 +1,8 @@
 """Further held-out flights of points whose interval straddles a limit.
 
 The held-out flights of a study decide most limits, and near one that binds they decide nothing: value within, end of interval
-beyond. Such a point flies on, to twice the flights each time and 16 times at most, and its interval is looked at each time. Looks
+beyond. Such a point flies on, to twice the flights each time and 16 times at most, and its interval is looked at each time. The
+point with the most flights narrows the intervals of the others, see `tuner.analysis.paired_estimates`. Looks
 spend the error that the study allows, the first a half of it and each further one an eighth (K. K. G. Lan, D. L. DeMets,
 Biometrika 70(3):659-663, 1983), so a point that breaks its limit passes in any of them no more often than by one interval.
 """
@@ -16,10 +17,11 @@ import numpy as np
 from objectives.evaluator import Constraint, Evaluator
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
-from objectives.risk import RELEVANT, flights_to_show, resampled_scenarios, within
+from objectives.risk import RELEVANT, PairedDifference, flights_to_show, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.air_losses import air_losses, excused
 from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.paired_estimates import Paired, paired_estimate
 
 SPENT = (0.5, 0.125, 0.125, 0.125, 0.125)
 """Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
@@ -29,7 +31,7 @@ MAX_FLIGHTS_FOR_SHARE = 20_000
 """Flights of a point at most to show that a share of events is within its limit."""
 DOUBT = 2
 """Ratio of foreseen flights to those of the last look up to which a row is worth them: few skewed flights foresee too many."""
-REPLICATES = 2000
+REPLICATES, PAIR_REPLICATES = 2000, 400
 
 
 class Look(NamedTuple):
@@ -41,6 +43,7 @@ class Look(NamedTuple):
         upper: Upper ends.
         excess: Excess (rows, constraints), 0 where a limit is kept in this look or was in an earlier one.
         is_open: Mask (rows,) of those that may fly on: they keep every limit by value and not by interval.
+        is_hoped: Mask (rows,) of those that may fly on: they keep every limit by the lower end of an interval, not by the upper.
     """
 
     value: np.ndarray
@@ -48,6 +51,7 @@ class Look(NamedTuple):
     upper: np.ndarray
     excess: np.ndarray
     is_open: np.ndarray
+    is_hoped: np.ndarray
 
 
 class LimitFlights:
@@ -81,6 +85,8 @@ class LimitFlights:
         self._counts: dict[int, list[int]] = {}
         self._intervals: dict[tuple[int, float, bytes], tuple[float, float, float]] = {}
         self._closed: set[int] = set()
+        self._differences: dict[tuple[int, int, int, int], PairedDifference] = {}
+        self._paired: dict[tuple[int, int], Paired] = {}
 
     def confidence(self, entry: Constraint, look: int) -> float:
         """Return the confidence of an interval at a look."""
@@ -94,9 +100,13 @@ class LimitFlights:
         self._passed = (self._passed | (upper <= most)) & (value <= most)
         excess = np.maximum(np.where(self._passed, value, upper) - most, 0.0)
         required = flown.evaluation.violations[:, len(entries) :]
-        by_value = np.all(value <= most, axis=1) & np.all(required <= 0.0, axis=1)
-        may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
-        return Look(value, low, upper, excess, by_value & np.any(excess > 0.0, axis=1) & may)
+        straddles = np.all(low <= most, axis=1) & np.any(excess > 0.0, axis=1) & np.all(required <= 0.0, axis=1)
+        may = self.may_fly & np.array([self._has_looks_left(row) for row in range(len(value))])
+        return Look(value, low, upper, excess, np.all(value <= most, axis=1) & straddles & may, straddles & may)
+
+    def _has_looks_left(self, row: int) -> bool:
+        """Return True for a row that may make further looks."""
+        return bool(self._looks[row] + 1 < len(SPENT)) and row not in self._closed
 
     def _estimates(self, flown: FinalFlights) -> np.ndarray:
         """Return values with both ends of their intervals (3, rows, constraints)."""
@@ -108,7 +118,43 @@ class LimitFlights:
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
                 parts[:, row, i] = self._remembered_interval(flown, row, i, self.confidence_of(entry, row))
+        self._paired = self._pairs(flown, parts)
+        for (row, i), paired in self._paired.items():
+            parts[:, row, i] = paired.estimate
         return parts
+
+    def _pairs(self, flown: FinalFlights, parts: np.ndarray) -> dict[tuple[int, int], Paired]:
+        """Return intervals by row and constraint that the leader narrows.
+
+        parts (3, rows, constraints): values and ends by the flights of each row alone.
+        """
+        if not self._further:
+            return {}
+        leader = self.leader
+        pairs = {
+            (row, i): paired_estimate(parts[:, row, i], parts[:, leader, i], difference)
+            for i, entry in enumerate(self.problem.constraints)
+            if entry.has_tolerance and not rests_on_value(entry)
+            for row in np.flatnonzero(flown.complete).tolist()
+            if (difference := self._difference(flown, row, leader, i)) is not None
+        }
+        return {key: paired for key, paired in pairs.items() if paired is not None}
+
+    def _difference(self, flown: FinalFlights, row: int, leader: int, i: int) -> PairedDifference | None:
+        """Return the difference on the flights of both rows, if any.
+
+        There is none where the leader made no others.
+        """
+        (scores, origin), (others, longer) = self.samples(flown, row), self.samples(flown, leader)
+        if len(longer) <= len(origin) or not np.array_equal(longer[: len(origin)], origin):
+            return None
+        entry, key = self.problem.constraints[i], (row, leader, i, len(origin))
+        if key not in self._differences:
+            both = self._seen(scores, origin, i), self._seen(others[:, : len(origin)], origin, i)
+            drawn = resampled_scenarios(generator(self.root, "bootstrap/limit-pairs", i), PAIR_REPLICATES, origin)
+            resample = within(drawn, origin, entry.objective.scenario)
+            self._differences[key] = entry.objective.difference(*both, resample, self.confidence_of(entry, leader))
+        return self._differences[key]
 
     def _remembered_interval(
         self, flown: FinalFlights, row: int, i: int, confidence: float
@@ -119,6 +165,17 @@ class LimitFlights:
         if key not in self._intervals:
             self._intervals[key] = self.interval(scores, origin, i, confidence)
         return self._intervals[key]
+
+    @property
+    def leader(self) -> int:
+        """Return the row with the most flights."""
+        return max(self._further, key=lambda row: sum(self._counts[row]))
+
+    def flier(self, row: int) -> int:
+        """Return the row whose flights narrow the interval of a row most: the row itself, or the leader."""
+        paired = [pair for (other, _), pair in self._paired.items() if other == row]
+        is_led = bool(paired) and all(pair.is_led for pair in paired)
+        return self.leader if is_led and self._has_looks_left(self.leader) else row
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.
@@ -146,9 +203,8 @@ class LimitFlights:
 
         It is that over scores (quantities, flights).
         """
-        entry, column = self.problem.constraints[i], len(self.problem.objectives) + i
-        objective = entry.objective
-        seen = scores[column] if objective.scenario is None else scores[column][origin == objective.scenario]
+        entry = self.problem.constraints[i]
+        objective, seen = entry.objective, self._seen(scores, origin, i)
         value = float(objective.risk.apply(seen))
         if rests_on_value(entry):
             return value, value, value
@@ -156,21 +212,31 @@ class LimitFlights:
         low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
         return value, float(low), float(high)
 
+    def _seen(self, scores: np.ndarray, origin: np.ndarray, i: int) -> np.ndarray:
+        """Return the scores of a constraint in its scenarios."""
+        scenario, row = self.problem.constraints[i].objective.scenario, scores[len(self.problem.objectives) + i]
+        return row if scenario is None else row[origin == scenario]
+
     def confidence_of(self, entry: Constraint, row: int) -> float:
         """Return the confidence of a row's interval: that of its latest look, of the study without further flights."""
         return self.confidence(entry, int(self._looks[row])) if row in self._further else entry.confidence
 
-    def fly(self, row: int, excess: np.ndarray) -> bool:
+    def fly(self, row: int, excess: np.ndarray, is_recommended: bool = False) -> bool:
         """Have a row make the flights up to its next look.
 
-        False where it has made all looks, or the budget has no room for them. excess (constraints,): that of the row.
+        False where it has made all looks, or the budget has no room for them.
+
+        Args:
+            row: Number of the row.
+            excess: Excess (constraints,) of it.
+            is_recommended: Whether the answer hangs on it, so that no budget counts.
         """
         number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
         if not self.may_fly or number >= len(SPENT):
             return False
         wanted = self._wanted(excess, number)
         flights = sum(wanted) - sum(made)
-        if flights > self._budget - self.flights or flights <= 0:
+        if flights <= 0 or (flights > self._budget - self.flights and not is_recommended):
             self._closed.add(row)
             return False
         parts = [
@@ -216,11 +282,14 @@ class LimitFlights:
         """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
 
-    def may_settle(self, look: Look, flown: FinalFlights) -> np.ndarray:
+    def may_settle(self, look: Look, flown: FinalFlights, hope: float = 0.0) -> np.ndarray:
         """Return the mask (rows,) of those likely to settle.
 
         They take at most `DOUBT` times the flights of the last look, by values and intervals so far.
+        hope: parts of the intervals below the values by which these are smaller.
         """
+        shift = hope * (look.value - look.low)
+        look = look._replace(value=look.value - shift, upper=look.upper - shift)
         last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
         most = np.full(len(self.gains), DOUBT * last)
         shares = [entry.objective.is_binary for entry in self.problem.constraints]
@@ -244,7 +313,9 @@ class LimitFlights:
                 return None
             # The end of a share's interval comes down as 1 / n without an event, else as 1 / sqrt(n) as any other's.
             power = 1.0 if entry.objective.is_binary and value[i] == 0.0 else 2.0
-            flights.append(made * ((upper[i] - value[i]) / slack) ** power)
+            paired = self._paired.get((row, int(i)))
+            above = paired.above if paired else float(upper[i] - value[i])
+            flights.append(made * (above / slack) ** power)
         return ceil(max(flights, default=made))
 
 

@@ -8,6 +8,7 @@ from tuner.report.page import titled_tables
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import per_cent, plus, significant
 from tuner.text.tables import Table
+from tuner.text.units import after_number
 
 NONE = "-"
 SHOWN = {"ms": "Ms", "gain_up": "gain up [dB]", "gain_down": "gain down [dB]", "phase_margin": "phase [deg]"}
@@ -73,7 +74,14 @@ def rule_table(document: AssessmentDocument, violated: bool) -> Table:
     """Return the rules of the firmware's tools."""
     head = ("rule of the firmware's tools", "axis", "value", "limit", "verdict", "source")
     rows = [
-        [row.rule, row.axis, significant(row.value, 3), f"{row.sense} {row.limit:g}", row.verdict, row.source]
+        [
+            row.rule,
+            row.axis,
+            f"{significant(row.value, 3)}{after_number(row.unit)}",
+            f"{row.sense} {row.limit:g}{after_number(row.unit)}",
+            row.verdict,
+            row.source,
+        ]
         for row in document.rules
         if not violated or row.verdict == "violated"
     ]

@@ -43,8 +43,6 @@ OPEN = ("x", "y")
 LARGEST_AMPLITUDE = 2.0
 # Share of a limit by which the margins of attitude loops inside position loops that wait are inexact in a search.
 INEXACT = 0.03
-# Smallest limit on an angle [deg]; a right angle is 1.57 rad.
-MIN_ANGLE = 1.6
 # Where a limit holds.
 TRIMS = "trims"
 STATES = (TRIMS, HOVER)
@@ -302,10 +300,4 @@ def margin_limit(table: MarginTable, quantity: MarginQuantity) -> float:
         unit = after_number(quantity.limit_unit)
         allowed = f"above {quantity.low:g}" + (f" and below {quantity.high:g}" if quantity.high < np.inf else "")
         raise InputError(f"given {limit:g}{unit}; allowed: {allowed}{unit}", key=given)
-    if quantity.limit_unit == "deg" and limit < MIN_ANGLE:
-        raise InputError(
-            f"given {limit:g} deg; allowed: {MIN_ANGLE:g} deg and more, because smaller limits are mostly radians: "
-            f"{limit:g} rad is {given} = {np.degrees(limit):.3g}",
-            key=given,
-        )
     return float(limit)

@@ -33,6 +33,7 @@ TARGETS = {
     "ardupilot": StudyTarget("ardupilot", "pid", 0.0025, 1),
     # 4 kHz is the rate of the loops on most boards; it has no position loops, so those are our PID at 250 Hz.
     "betaflight": StudyTarget("betaflight", "pid", 0.00025, 16),
+    "betaflight_adrc": StudyTarget("betaflight_adrc", "pid", 0.00025, 16),
     # 500 Hz and 100 Hz are ATTITUDE_RATE and POSITION_RATE.
     "crazyflie": StudyTarget("crazyflie", "pid", 0.002, 5),
 }

@@ -91,6 +91,37 @@ def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(coun
     assert np.mean(passed) <= 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / count)
 
 
+@pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.slow)])
+def test_what_just_breaks_a_limit_passes_by_a_neighbor_no_more_often_than_allowed(count):
+    # Row 2 shares all but a fifth of its deviation with row 1, which flies to the last look.
+    passed = []
+    for key in range(count):
+        scores = normal_scores(0.0, key, rows=3)
+        scores[2, 1] = 10.0 + 0.2 * (scores[2, 1] - 10.0) + np.sqrt(0.96) * (scores[1, 1] - 10.0)
+        limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+        looks = [limits.look(flown)]
+        while limits.fly(1, looks[-1].excess[1]):
+            looks.append(limits.look(flown))
+        assert limits.looked_at() == {1: FLIGHTS * MAX_GROWTH}
+        passed.append(any(look.excess[2, 0] <= 0.0 for look in looks))
+    assert np.mean(passed) <= 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / count)
+
+
+def test_a_neighbor_with_more_flights_halves_an_interval():
+    scores = normal_scores(1.0, 3, rows=3)
+    scores[2, 1] = 0.5 + scores[1, 1]
+    limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    before = limits.look(flown)
+    while limits.fly(1, limits.look(flown).excess[1]):
+        pass
+    after = limits.look(flown)
+    # Both differ by 0.5 in every flight, so the interval of row 2 is that of row 1 at 16 times the flights.
+    assert after.value[2, 0] == pytest.approx(0.5 + scores[1, 1].mean(), abs=1e-12)
+    width = after.upper[:, 0] - after.low[:, 0]
+    assert width[2] == pytest.approx(width[1], rel=1e-9)
+    assert width[2] < 0.35 * (before.upper - before.low)[2, 0] and limits.flier(2) == 2
+
+
 def test_what_keeps_a_limit_narrowly_is_found_by_flying_on():
     found = [decided(1.2, key) for key in range(60)]
     at_once = np.mean([passes and flights == FLIGHTS for passes, flights in found])

@@ -169,7 +169,8 @@ def test_margins_that_change_are_counted(differing, words):
         for k in range(3)
     ]  # fmt: skip
     verification = VerificationPart.model_construct(margins=rows)
-    assert f"{words} in five digits" in said_of_margins(verification)
+    said = said_of_margins(verification, "at rest")
+    assert f"{words} in five digits" in said and "limits on margins at rest;" in said
 
 
 def test_a_hostile_file_name_stays_one_line(run, tmp_path):

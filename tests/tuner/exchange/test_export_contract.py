@@ -27,6 +27,7 @@ CONTROLLERS = {
     "hybrid": controller("ladrc", "hybrid", period=0.002),
     "px4": controller("px4_position", "px4", period=0.002, every=4),
     "crazyflie": controller("pid", "crazyflie", period=0.002, every=5),
+    "betaflight_adrc": controller("pid", "betaflight_adrc", period=0.002),
 }
 # Resolution of a target in our gains: float32 is 6e-8; integers of a command line are coarse.
 RESOLUTION = {"betaflight": 0.2}

@@ -39,7 +39,8 @@ def study_of(folder: Path, target: str, gains: str = '"tilt.p" = {}', more: str 
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_a_target_gives_laws_rates_and_defaults(name: str, tmp_path: Path) -> None:
-    study, target = study_of(tmp_path, name), TARGETS[name]
+    gains = '"tilt.wc" = {}' if name == "betaflight_adrc" else '"tilt.p" = {}'
+    study, target = study_of(tmp_path, name, gains), TARGETS[name]
     cascade = study.system.cascade
     assert (cascade.attitude.name, cascade.position.name) == (target.attitude, target.position)
     assert (study.system.timing.control_period, cascade.position_every) == (

@@ -73,18 +73,13 @@ def widths(
     Both, down and up, are 0 without tolerance.
     """
     entry, value = constraints[i], constraints[i].most + evaluation.excess[:, i]
-    if not has_tolerance(entry):
+    if not entry.has_tolerance:
         return np.zeros(len(value)), np.zeros(len(value))
     samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)
     count = samples.shape[-1]
     drawn = generator(root, "bootstrap/limit", i).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
     low, high = entry.objective.interval(samples, drawn, entry.confidence or CONFIDENCE)
     return value - low, high - value
-
-
-def has_tolerance(entry: Constraint) -> bool:
-    """Return True for a limit whose error flights narrow."""
-    return entry.is_flown and not (entry.objective.is_binary or entry.objective.risk.name == "worst")
 
 
 def beside_limits(

@@ -14,7 +14,6 @@ import numpy as np
 from objectives.evaluator import Evaluation, Evaluator
 from objectives.problem import FlightBatch
 from plant.quadrotor.scenarios import SEARCH
-from tuner.experiments.tuning.active_limits import has_tolerance
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import joined
 from tuner.search.front import select_subset
@@ -90,7 +89,7 @@ class FlightGrowth:
         fresh = self.problem.evaluate(points[chosen], further, self.on_flights_done, fly_all=True)
         # A scenario whose flights are all made has no fresh ones, and its objectives no values.
         ratios = np.nan_to_num(value_ratios(values[chosen], fresh.values), nan=1.0)
-        limited = [i for i, entry in enumerate(self.problem.constraints) if has_tolerance(entry)]
+        limited = [i for i, entry in enumerate(self.problem.constraints) if entry.has_tolerance]
         # The front keeps its limits by the flights so far; fresh ones that break one in half of it were not in its choice.
         broken = np.median(np.nan_to_num(fresh.excess[:, limited], nan=-1.0), axis=0) > 0.0
         return bool(np.any(np.median(ratios, axis=0) > MAX_RATIO) or np.any(broken))

@@ -2,15 +2,15 @@
 
 A search keeps a limit by few flights, which all candidates share. The finalists' held-out values lie above or below those of the
 search, and the values of other candidates probably do by as much. A candidate that then keeps every limit and is better than the
-recommended point becomes a finalist. In a study of settling (three seeds) the recommended objective was 22 % above the best known
-with the first finalists alone, and is 15 % above it with further ones.
+recommended point becomes a finalist. If there is none, those between the last finalist that breaks a limit and the recommended
+one fly that would keep it by the smallest of all distances: the search picked some finalists for their luck on its few flights.
 """
 
 import numpy as np
 
 from objectives.evaluator import Evaluation
 from plant.ties import increasing_order
-from tuner.experiments.tuning.active_limits import BackOff, has_tolerance, standard_excess
+from tuner.experiments.tuning.active_limits import BackOff, standard_excess
 from tuner.experiments.tuning.survivors import layers
 from tuner.experiments.tuning.validation import Validated
 from tuner.study.searched import SearchedStudy
@@ -34,33 +34,54 @@ def further_finalists(
         candidates: Archive indices of the finalists behind the default.
         validated: Their validation.
     """
-    if seen.values.shape[1] > 1 or not any(map(has_tolerance, study.constraints)):
+    if seen.values.shape[1] > 1 or not any(entry.has_tolerance for entry in study.constraints):
         return candidates[:0]
     value, best = seen.values[:, 0], np.inf
     if validated.keeps:
         best = value[[0, *candidates][validated.tuned]]
         best -= study.table.relevant * abs(best)
-    excess = standard_excess(
-        seen, study.constraints, study.seed, shown_back_off(seen.excess[candidates], study, validated)
-    )
-    is_better = (value < best) & (excess <= 0.0) & seen.complete
+    is_better = (value < best) & seen.complete
     is_better[[0, *candidates]] = False
-    rows = np.flatnonzero(is_better)
-    return thinned(rows, np.column_stack([value[rows], excess[rows]]))
+    searched, least = seen.excess[candidates], largest_broken(value[candidates], best, study, validated)
+    further = candidates[:0]
+    for is_mildest, above in ((False, -np.inf), (True, least)):
+        if not len(further):
+            back_off = shown_back_off(searched, study, validated, is_mildest)
+            excess = standard_excess(seen, study.constraints, study.seed, back_off)
+            rows = np.flatnonzero(is_better & (excess <= 0.0) & (value > above))
+            further = thinned(rows, np.column_stack([value[rows], excess[rows]]))
+    return further
 
 
-def shown_back_off(searched: np.ndarray, study: SearchedStudy, validated: Validated) -> BackOff:
+def largest_broken(value: np.ndarray, best: float, study: SearchedStudy, validated: Validated) -> float:
+    """Return the largest better value of a finalist that breaks limits.
+
+    Between it and the recommended point lies the best that keeps all limits, if these cost.
+    """
+    limits = np.array([entry.most if entry.has_tolerance else np.inf for entry in study.constraints])
+    is_broken = np.any(validated.finalists.limits[1, 1:] > limits, axis=1) & (value < best)
+    return float(value[is_broken].max(initial=-np.inf))
+
+
+def shown_back_off(
+    searched: np.ndarray, study: SearchedStudy, validated: Validated, is_mildest: bool = False
+) -> BackOff:
     """Return the distances from the search's values to those of held-out flights.
 
-    They are those of the finalists nearest to each limit. searched: excess (finalists, limits and requirements) in the search.
+    Args:
+        searched: Excess (finalists, limits and requirements) in the search.
+        study: Study with limits.
+        validated: Validation of the finalists.
+        is_mildest: Whether the smallest distance of all finalists counts, not the median of those nearest to a limit.
     """
     value, low, high = validated.finalists.limits[:, 1:]
     shift, width = np.full((2, len(study.constraints)), np.nan)
     for i, entry in enumerate(study.constraints):
-        if has_tolerance(entry):
+        if entry.has_tolerance:
             judged = value[:, i] - entry.most
             near = increasing_order(np.abs(judged))[:N_NEAR_FINALISTS]
-            shift[i] = np.median(judged[near] - searched[near, i])
+            distances = judged - searched[:, i]
+            shift[i] = distances.min() if is_mildest else np.median(distances[near])
             width[i] = max(np.median(high[near, i] - low[near, i]) / 2.0, np.finfo(float).tiny)
     return BackOff(shift, width)
 

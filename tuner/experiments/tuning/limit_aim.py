@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from objectives.evaluator import Evaluation, concatenate_evaluations
-from tuner.experiments.tuning.active_limits import has_tolerance, widths
+from tuner.experiments.tuning.active_limits import widths
 from tuner.experiments.tuning.flight_growth import generations_between_checks
 from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.search.front import feasible_front
@@ -39,7 +39,7 @@ class LimitAim:
 
         It is that of the next generation.
         """
-        if not generations or not any(map(has_tolerance, self._constraints)):
+        if not generations or not any(entry.has_tolerance for entry in self._constraints):
             return None
         if len(generations) % self._every == 0:
             seen = concatenate_evaluations([entry.evaluation for entry in generations])

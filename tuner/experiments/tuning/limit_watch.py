@@ -16,7 +16,7 @@ from objectives.evaluator import Evaluation, Evaluator
 from objectives.problem import Problem
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.ties import first_smallest, increasing_order
-from tuner.experiments.tuning.active_limits import BackOff, has_tolerance, shifted_excess, widths
+from tuner.experiments.tuning.active_limits import BackOff, shifted_excess, widths
 from tuner.experiments.tuning.problem import batches
 from tuner.search.front import feasible_front, select_subset
 from tuner.study.searched import SearchedStudy
@@ -51,7 +51,7 @@ class LimitWatch:
         self, problem: Evaluator, study: SearchedStudy, on_flights_done: Callable[[int], None] | None = None
     ) -> None:
         self.problem, self.study, self.on_flights_done = problem, study, on_flights_done
-        self._limited = [i for i, entry in enumerate(problem.constraints) if has_tolerance(entry)]
+        self._limited = [i for i, entry in enumerate(problem.constraints) if entry.has_tolerance]
         self._fresh: dict[int, Fresh] = {}
         held_out = batches(study, HELD_OUT)
         self._batches = tuple(

@@ -24,6 +24,10 @@ from tuner.search.watcher import Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.text.sentences import counted
 
+STANDARD_ERROR = 0.5
+"""Standard error of a value in the part of its interval below it."""
+NEGLIGIBLE_SHARE = 0.25
+"""Share of a difference that matters up to which a better objective is worth no flights."""
 MAX_CONFIRMED_POINTS = 5
 """Points that are confirmed one after the other, where confirmation flights show that the one before breaks a limit."""
 
@@ -135,7 +139,7 @@ class Validation:
             if len(rows):
                 raw = finals.complete(raw, rows)
             elif (row := self._next_open(look, flown, finalists)) is not None:
-                self._limits.fly(row, look.excess[row])
+                self._limits.fly(self._limits.flier(row), look.excess[row])
             elif self._tails is None or not finalists.feasible[tuned] or not self._tails.judge(tuned):
                 break
         settle = None
@@ -193,14 +197,22 @@ class Validation:
 
     def _next_open(self, look: Look, flown: FinalFlights, finalists: Finalists) -> int | None:
         """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""
-        is_open = look.is_open & ~finalists.feasible & ~self._struck.any(axis=1)
+        values, matters = finalists.evaluation.values, ~finalists.feasible & ~self._struck.any(axis=1)
+        is_alone = values.shape[1] == 1 and bool(finalists.feasible[1:].any())
+        if is_alone:
+            best = values[finalists.feasible].min()
+            matters &= values[:, 0] < best - NEGLIGIBLE_SHARE * self.study.table.relevant * abs(best)
+        is_open = matters & look.is_open
         likely = is_open & self._limits.may_settle(look, flown)
         # Rows that the last look would hardly settle spend the flights of those behind them.
         if likely.any() or finalists.feasible[1:].any():
             is_open = likely
+        if is_alone and not is_open.any():
+            # All rows fly the same flights: one that flies on shows by how much these are too harsh for all.
+            is_open = matters & look.is_hoped & self._limits.may_settle(look, flown, STANDARD_ERROR)
         if not is_open.any():
             return None
-        hoped, values = finalists.feasible | is_open, finalists.evaluation.values
+        hoped = finalists.feasible | is_open
         rows = np.flatnonzero(hoped)
         named = [self._choice(finalists, hoped)[0], *[int(rows[first_smallest(column)]) for column in values[rows].T]]
         return next((row for row in named if is_open[row]), None)
@@ -240,7 +252,7 @@ class Validation:
             if upper <= entry.most:
                 return False
             excess = confirmation.excess[1, : len(self.problem.constraints)]
-            if value > entry.most or not self._limits.fly(tuned, excess):
+            if value > entry.most or not self._limits.fly(tuned, excess, is_recommended=True):
                 return True
 
     def _warn_of_air(self, air: np.ndarray, flown: tuple) -> None:

@@ -144,7 +144,7 @@ def step(
     level = DEGREES * constants.outer * (setpoint.value - measured.value)
     angle_rate, angle = step_stages(memory.angle, level, constants.angle, constants.order)
     rate_setpoint = angle_rate + DEGREES * setpoint.rate
-    gate = Gate(1.0, 0.0, 0.0, 1.0, 1.0, constants.scale)
+    gate = Gate(1.0, 0.0, 0.0, 0.0, 1.0, 1.0, constants.scale)
     terms, axis = step_axis(memory.axis, constants.axis, gate, gyro1, rate_setpoint, 0.0, h)
     output = limited_output(terms.p + terms.i + terms.d, constants)
     return constants.authority * output / channel.b0, Memory(angle, gyro1, gyro2, with_output(axis, output))

@@ -16,6 +16,7 @@ from tuner.extensions.betaflight_adrc.document import AdrcDocument, ChangeRow, D
 from tuner.extensions.betaflight_adrc.export import command_lines_of, settings_of_gains
 from tuner.extensions.betaflight_adrc.reading import Profile, changed, read_adrc
 from tuner.extensions.betaflight_adrc.ringing import DEFAULT_GROWTH, changes, rings, worst_ring
+from tuner.extensions.betaflight_adrc.settings import SCHEDULE, SCHEDULES
 from tuner.extensions.betaflight_adrc.vehicle_plants import VehicleAxis, VehiclePlants, vehicle_plants
 from tuner.store.document import taken
 from tuner.store.folder import put
@@ -77,7 +78,7 @@ def adrc(
         plants: Table (TOML) of the craft's own plants by axis, or the command lines whose b0 scales them; by default `file`.
         log: Flight log (.bbl or CSV) with setpoints, out of which the plants are identified.
         profile: Number of the PID profile; by default the selected one.
-        build: Name of the build: b10.1, b11, pr or mp2; by default recognized.
+        build: Name of the build: pr-august, b10.1, b11, pr or mp2; by default recognized.
         gyro_rate: Rate of the gyro [Hz]; by default 8000.
         growth: Exponent of the acceleration gain over the collective.
         gains: File gains.json of a study with the law `betaflight_adrc`, whose settings replace those of the file.
@@ -171,7 +172,8 @@ def forecast_document(
         design: Front of tunes by margin.
     """
     tune, sampling, plants = profile.tune, profile.sampling, craft.plants
-    conditions = list(rings(tune, plants, sampling, growth, packs=packs))
+    schedules = tuple(SCHEDULES) if tune.build.has(SCHEDULE) else (tune.schedule,)
+    conditions = list(rings(tune, plants, sampling, growth, schedules, packs=packs))
     worst = worst_ring(conditions, tune.schedule)
     ground = worst_ring(conditions, tune.schedule, "shut")
     options = changes(tune, plants[worst.axis], sampling, worst, growth)

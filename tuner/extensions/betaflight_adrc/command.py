@@ -30,7 +30,7 @@ def adrc(
         Path | None, typer.Option(help="Flight log with setpoints (.bbl or CSV): identify the plants from it.")
     ] = None,
     profile: Annotated[int | None, typer.Option(help="PID profile; default: the selected one.", min=0, max=3)] = None,
-    build: Annotated[str, typer.Option(help="Build: b10.1, b11, pr or mp2; default: recognized.")] = "",
+    build: Annotated[str, typer.Option(help="Build: pr-august, b10.1, b11, pr or mp2; default: recognized.")] = "",
     gyro_rate: Annotated[float, typer.Option(help="Rate of the gyro [Hz]; default: 8000.")] = 0.0,
     growth: Annotated[float, typer.Option(help="Exponent of the acceleration gain over the throttle.")] = 0.5,
     gains: Annotated[

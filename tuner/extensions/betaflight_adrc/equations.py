@@ -17,9 +17,9 @@
     T       period of the loop                                   s
 
 All right-hand sides are of the loop before. Before lift-off the gate is shut: b u is left out, sigma is the leak on the ground,
-and an update that makes |z3| larger is dropped. Betaflight pull request 15400, src/main/flight/adrc.c of build b11; tau as in the
-notes of builds mp1 and mp2, zeta as in those of b11, whose code is not published. Resets at values that are not finite are left
-out: inputs are finite.
+and an update that makes |z3| larger is dropped, in the pull request's head of August at idle throttle alone. Betaflight pull
+request 15400, src/main/flight/adrc.c of build b11 and at 6317fe2a; tau as in the notes of builds mp1 and mp2, zeta as in those
+of b11, whose code is not published. Resets at values that are not finite are left out: inputs are finite.
 """
 
 from typing import NamedTuple
@@ -98,6 +98,8 @@ class GateConstants(NamedTuple):
         throttle: Collective that opens the gate, 0 to 1.
         rate: Rate that opens it [deg/s].
         hold: Time that the rate takes [s].
+        applied_hold: Time that the applied collective takes [s], infinite where it opens nothing.
+        idle_only: 1 where |z3| may grow on the ground above idle throttle, 0 where it may not.
         ramp: Blend of wc per second, 0 for a step.
         throttle_share: Share of the low-pass on the collective.
         hover: Collective at hover, 0 to 1.
@@ -109,6 +111,8 @@ class GateConstants(NamedTuple):
     throttle: float
     rate: float
     hold: float
+    applied_hold: float
+    idle_only: float
     ramp: float
     throttle_share: float
     hover: float
@@ -118,9 +122,13 @@ class GateConstants(NamedTuple):
 
 
 class Gate(NamedTuple):
-    """State that the axes share: is_open (1 or 0), timers [s], blend of wc, filtered collective and scale of b0."""
+    """State that the axes share: is_open (1 or 0), timers [s], blend of wc, filtered collective and scale of b0.
+
+    On the ground `stops` is 1 where |z3| may not grow.
+    """
 
     is_open: float
+    stops: float
     rate_time: float
     applied_time: float
     blend: float
@@ -186,19 +194,22 @@ def step_gate(
         period: Period of the loop [s].
     """
     by_command = commanded >= constants.throttle
-    is_turning = both(peak > constants.rate, commanded >= constants.throttle * IDLE_SHARE)
+    is_above_idle = commanded >= constants.throttle * IDLE_SHARE
+    is_turning = both(peak > constants.rate, is_above_idle)
     rate_time = select(by_command, gate.rate_time, select(is_turning, gate.rate_time + period, 0.0))
     by_rate = both(is_turning, rate_time >= constants.hold)
-    is_lifting = both(applied >= constants.throttle, commanded >= constants.throttle * IDLE_SHARE)
+    is_lifting = both(applied >= constants.throttle, is_above_idle)
     applied_time = select(is_lifting, gate.applied_time + period, 0.0)
-    by_applied = both(is_lifting, applied_time >= maximum(MIN_APPLIED_HOLD, constants.hold))
+    by_applied = both(is_lifting, applied_time >= constants.applied_hold)
     was_open = gate.is_open > 0.5
     is_open = select(either(either(was_open, by_command), either(by_rate, by_applied)), 1.0, 0.0)
     ramped = select(constants.ramp > 0.0, minimum(1.0, gate.blend + period * constants.ramp), 1.0)
     collective = step_stage(gate.collective, applied, constants.throttle_share)
     scale = schedule_scale(constants.schedule, collective / maximum(constants.hover, MIN_HOVER))
+    may_grow = both(constants.idle_only > 0.5, is_above_idle)
     return Gate(
         is_open,
+        select(either(is_open > 0.5, may_grow), 0.0, 1.0),
         select(was_open, gate.rate_time, rate_time),
         select(was_open, gate.applied_time, applied_time),
         select(is_open > 0.5, ramped, 0.0),
@@ -235,7 +246,7 @@ def limited_disturbance(output: float, constants: AxisConstants) -> float:
 
 
 def observe(
-    memory: AxisMemory, constants: AxisConstants, b: float, is_open: float, inhibited: float, rate: float, period: float
+    memory: AxisMemory, constants: AxisConstants, b: float, gate: Gate, inhibited: float, rate: float, period: float
 ) -> AxisMemory:
     """Advance low-pass and observer by one loop.
 
@@ -243,7 +254,7 @@ def observe(
         memory: State after the loop before.
         constants: Constants of the axis.
         b: Scheduled gain [deg/s3].
-        is_open: 1 in the air, 0 while the gate is shut.
+        gate: Gate of this loop.
         inhibited: 1 where |z3| may not grow in the air.
         rate: Rate from the gyro [deg/s].
         period: Period of the loop [s].
@@ -251,14 +262,14 @@ def observe(
     stage1 = step_stage(memory.stage1, rate, constants.share)
     stage2 = step_stage(memory.stage2, stage1, constants.share)
     error, wo = memory.z1 - stage2, constants.wo
-    is_flying = is_open > 0.5
+    is_flying = gate.is_open > 0.5
     push = select(is_flying, b * memory.output, 0.0) - constants.inverse_tau * memory.z2
     z1 = memory.z1 + period * (memory.z2 - 3.0 * wo * error)
     z2 = memory.z2 + period * (memory.z3 + push - 3.0 * wo * wo * error)
     leaked = memory.z3 - period * select(is_flying, constants.leak, constants.ground_leak) * memory.z3
     updated = leaked - period * (wo * wo * wo) * error
     grows = absolute(updated) > absolute(leaked)
-    z3 = select(both(either(is_open < 0.5, inhibited > 0.5), grows), leaked, updated)
+    z3 = select(both(either(gate.stops > 0.5, inhibited > 0.5), grows), leaked, updated)
     return AxisMemory(
         stage1,
         stage2,
@@ -307,7 +318,7 @@ def step_axis(
         period: Period of the loop [s].
     """
     b = constants.b0 * gate.scale
-    observed = observe(memory, constants, b, gate.is_open, inhibited, rate, period)
+    observed = observe(memory, constants, b, gate, inhibited, rate, period)
     filtered = step_stage(memory.reference, setpoint, constants.reference_share)
     reference = select(constants.reference_share > 0.0, filtered, setpoint)
     referred = AxisMemory(*observed[:5], reference, observed.output)
@@ -319,5 +330,5 @@ def seeded(rate: float) -> AxisMemory:
     return AxisMemory(rate, rate, rate, 0.0, 0.0, rate, 0.0)
 
 
-SHUT = Gate(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+SHUT = Gate(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """Gate after arming."""

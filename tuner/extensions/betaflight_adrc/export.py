@@ -52,7 +52,7 @@ def command_lines_of(profile: Profile, changes: Mapping[str, str], source: str, 
         f"Betaflight ADRC, build {tune.build.name}, loop of {1.0 / profile.sampling.period:.0f} Hz; {source}",
         *_wrapped(sentence),
     ]
-    names = dict.fromkeys([*ESSENTIAL, *changes])
+    names = [name for name in dict.fromkeys([*ESSENTIAL, *changes]) if tune.build.has(name)]
     lines = ["set pid_type = ADRC", *(f"set {name} = {tune.text(name)}" for name in names)]
     return "\n".join([*(f"# {remark}" for remark in remarks), f"profile {profile.number}", *lines, "save", ""])
 

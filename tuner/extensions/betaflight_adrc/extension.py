@@ -11,5 +11,7 @@ EXTENSION = Extension(
     commands=("adrc",),
     api={"adrc": f"{HOME}.api:adrc"},
     documents={"adrc": f"{HOME}.document:AdrcDocument"},
+    targets={"betaflight_adrc": f"{HOME}.target:TARGET"},
+    firmwares={"betaflight_adrc": f"{HOME}.bench:BETAFLIGHT_ADRC"},
     printers={"AdrcForecast": f"{HOME}.printer:print_adrc_forecast"},
 )

@@ -7,6 +7,7 @@ revision that a file's first line names in brackets, or by the settings that the
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 
 from plant.errors import InputError, check_name, shortened
 from plant.input_files import ReadableFile
@@ -15,6 +16,7 @@ from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.extensions.betaflight.text import parse_integer
 from tuner.extensions.betaflight_adrc.equations import (
     CRITICAL_DAMPING,
+    MIN_APPLIED_HOLD,
     MIN_GROUND_LEAK,
     SCHEDULES,
     THROTTLE_CUTOFF,
@@ -96,6 +98,8 @@ SETTINGS: dict[str, Setting] = {
 }
 GROUND = ("adrc_ground_wc", "adrc_wc_ramp_ms", "adrc_ground_dgain")
 LAG = "adrc_motor_tau_ms"
+EARLY = frozenset({*GROUND, *DAMPING, "adrc_b0_scale_min", INHIBIT, LAG})
+"""Settings that came after build b10.1."""
 
 
 @dataclass(frozen=True)
@@ -107,12 +111,14 @@ class Build:
         revisions: Beginnings of the revisions that print as this build.
         lacks: Settings of the table that it has not.
         schedule: Default schedule of b0.
+        has_early_gate: Whether the applied collective opens nothing, and |z3| stops to grow on the ground only at idle.
     """
 
     name: str
     revisions: tuple[str, ...]
     lacks: frozenset[str]
     schedule: str = "SQRT"
+    has_early_gate: bool = False
 
     def has(self, name: str) -> bool:
         """Return True for a setting of the build."""
@@ -122,18 +128,14 @@ class Build:
 BUILDS: dict[str, Build] = {
     build.name: build
     for build in (
-        Build(
-            "b10.1",
-            ("923932b", "6317fe2"),
-            frozenset({*GROUND, *DAMPING, "adrc_b0_scale_min", INHIBIT, LAG}),
-            "QUADRATIC",
-        ),
+        Build("pr-august", ("6317fe2",), EARLY | {SCHEDULE}, "QUADRATIC", has_early_gate=True),
+        Build("b10.1", ("923932b",), EARLY, "QUADRATIC"),
         Build("b11", ("e6511d6",), frozenset({LAG})),
         Build("pr", ("1eabcb3", "0a71f89"), frozenset({LAG, *DAMPING})),
         Build("mp2", (), frozenset({"adrc_td_hz", *DAMPING})),
     )
 }
-"""Builds by name; "pr" is the line of the pull request, b11 without damping ratios."""
+"""Builds by name; "pr" is the line of the pull request, b11 without damping ratios; "pr-august" is its head of August 4."""
 DEFAULT_BUILD = "b11"
 REVISION = re.compile(r"#\s*Betaflight\s*/.*\(([0-9a-f]{7,40})\).*")
 """First line of a file, with the revision in brackets."""
@@ -238,10 +240,13 @@ class Tune:
     def gate(self, period: float) -> GateConstants:
         """Return the constants of gate and schedule at a loop period [s]."""
         numbers, ramp = self.numbers, self.numbers["adrc_wc_ramp_ms"]
+        hold, is_early = 0.001 * numbers["adrc_liftoff_hold_ms"], self.build.has_early_gate
         return GateConstants(
             0.01 * numbers["adrc_liftoff_throttle"],
             numbers["adrc_liftoff_gyro_dps"],
-            0.001 * numbers["adrc_liftoff_hold_ms"],
+            hold,
+            inf if is_early else max(MIN_APPLIED_HOLD, hold),
+            float(is_early),
             1000.0 / ramp if ramp > 0.0 else 0.0,
             stage_share(THROTTLE_CUTOFF, period),
             0.01 * numbers["adrc_hover_throttle"],

@@ -36,6 +36,7 @@ from tuner.extensions.judge.firmware_rules import GROWTH, MAX_MS
 from tuner.extensions.judge.scenarios import NOISE
 from tuner.extensions.judge.spread_losses import MAX_LOSS, exceeds_limit
 from tuner.text.numbers import plus, significant
+from tuner.text.units import after_number
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
@@ -240,14 +241,14 @@ def _peak_text(loop: AssessedLoop) -> str:
 def rule_text(row: RuleRow) -> str:
     """Return a violated rule in words."""
     value = "infinite" if row.value is None else significant(row.value, 3)
-    unit, note = "" if row.unit == "1" else f" {row.unit}", f"{row.note}; " if row.note else ""
+    unit, note = after_number(row.unit), f"{row.note}; " if row.note else ""
     return f"{row.rule}, {row.axis}: {value}{unit}, {row.sense} {row.limit:g}{unit} ({note}{row.source})"
 
 
 def limit_text(row: LimitRow) -> str:
     """Return a violated limit in words."""
     shown = in_shown_units(row)
-    unit = "" if shown.unit == "1" else f" {shown.unit}"
+    unit = after_number(shown.unit)
     return f"{shown.label} {significant(shown.value, 3)}{unit}, {shown.sense} {significant(shown.limit, 3)}{unit}"
 
 

@@ -51,6 +51,13 @@ def test_without_a_point_that_keeps_the_limits_everyone_inside_is_better():
     assert rows.min() == 40 and rows.max() == COUNT - 1
 
 
+def test_lucky_finalists_close_the_way_to_no_others():
+    # The search was luckier with some: by the median distance of 2 nobody better keeps the limit, by the smallest those from 36 on.
+    candidates = [34, 36, 38, 50, 52]
+    rows = chosen(candidates, 4, np.array([2.0, 2.0, 2.0, 0.6, 0.6]))
+    assert len(rows) and rows.min() >= 39 and rows.max() < 50
+
+
 def test_of_several_objectives_there_are_none():
     seen = evaluated(np.stack([ERRORS, ERRORS[::-1]], axis=1), LIMITED)
     assert not len(chosen([28, 30, 32, 55], 4, 1.0, seen=seen, objectives=(ERROR, TRAVEL)))

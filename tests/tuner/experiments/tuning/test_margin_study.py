@@ -208,7 +208,6 @@ BAD = [
     (PHASE.replace("min = 35", ""), "margin[0].min", "write min = ... in deg"),
     (PEAK.replace("max = 2", ""), "margin[0].max", "'ms' needs a limit; write max = ..."),
     (PHASE.replace("35", "0"), "margin[0].min", "allowed: above 0 and below 180 deg"),
-    (PHASE.replace("35", "0.61"), "margin[0].min", "0.61 rad is min = 35"),
     (PHASE.replace("35", "nan"), "margin[0].min", "a finite number"),
     (PEAK.replace("2", "1"), "margin[0].max", "given 1; allowed: above 1"),
     (TOGETHER.replace("0.4", "2"), "margin[0].min", "allowed: above 0 and below 2"),

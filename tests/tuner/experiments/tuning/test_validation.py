@@ -91,11 +91,33 @@ def test_who_straddles_the_limit_flies_on_and_the_best_that_keeps_it_is_recommen
 
 def test_points_that_no_look_would_settle_leave_the_flights_to_those_behind_them(monkeypatch):
     # The budget is 2,048 flights. p1 and p2 would take some 6,000 and 2,500, and each may make 1,024; p3 takes 256.
-    problem = made([20.0, 8.0, 8.1, 8.2, 12.0], [20.0, 14.97, 14.955, 14.8, 14.0])
+    problem = made([20.0, 8.18, 8.19, 8.2, 12.0], [20.0, 14.97, 14.955, 14.8, 14.0])
     found = validated(problem, monkeypatch)
     assert (found.tuned, found.keeps) == (3, True) and found.further_flights == 3 * FLIGHTS
     # Where nothing else keeps the limit, they fly all the same.
     assert validated(made([20.0, 8.0], [20.0, 14.975]), monkeypatch).further_flights == MAX_FLIGHTS - FLIGHTS
+
+
+def test_a_point_beyond_a_limit_by_value_flies_on_if_it_may_keep_it_and_is_better(monkeypatch):
+    # Intervals of 64 flights end 0.28 from the values. Further flights are milder by 0.8: p1 keeps the limit by all of them.
+    problem = made([20.0, 8.0, 10.0], [20.0, 15.05, 14.0])
+    problem.scores[HELD_OUT][1, 1, FLIGHTS:] -= 0.8
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (1, True) and found.further_flights > 0
+    # An objective smaller by a quarter of a relevant difference is worth no flights; nor are values surely beyond the limit.
+    for error, value in ((9.96, 15.05), (8.0, 15.4)):
+        problem = made([20.0, error, 10.0], [20.0, value, 14.0])
+        assert (found := validated(problem, monkeypatch)).tuned == 2 and found.further_flights == 0
+
+
+def test_the_point_with_the_most_flights_decides_its_neighbors(monkeypatch):
+    # Both share their air, so p2 is 0.04 below p1 in every flight. 1,024 flights end 0.08 above a value: p1 stays open.
+    problem = made([20.0, 8.0, 9.0, 12.0], [20.0, 14.94, 14.9, 14.0])
+    problem.scores[HELD_OUT][2, 1] = problem.scores[HELD_OUT][1, 1] - 0.04
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (2, True) and found.further_flights == MAX_FLIGHTS - FLIGHTS
+    (text,) = [text for text in found.warnings if "further held-out flights" in text]
+    assert "p1 does not surely keep every limit by 1,024 flights" in text and "p2" not in text
 
 
 def test_nobody_flies_on_who_would_not_be_recommended(monkeypatch):

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 N_SUBSTEPS, HOVER = 4, 0.35
 NOISE, DISTURBANCE, MEMORY = 1.0, 3.0, 0.1
 """Noise of the gyro [deg/s]; disturbance in units of output, and its correlation time [s]."""
-IN_FLIGHT = equations.Gate(1.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+IN_FLIGHT = equations.Gate(1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
 
 
 def chirp(period: float, duration: float, amplitude: float) -> Array:

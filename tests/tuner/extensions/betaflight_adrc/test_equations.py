@@ -13,14 +13,18 @@ from tuner.extensions.betaflight_adrc.settings import BUILDS, build_of, default_
 
 N_TUNES = 40
 LOOPS = [0, 299, 450, 600, 900, 1199]
-FIRMWARE = np.loadtxt(Path(__file__).with_name("firmware_outputs.txt")).reshape(N_TUNES, len(LOOPS), 3)
+FIRMWARE = {
+    build: np.loadtxt(Path(__file__).with_name(name)).reshape(N_TUNES, len(LOOPS), 3)
+    for build, name in (("b11", "firmware_outputs.txt"), ("pr-august", "august_outputs.txt"))
+}
 
 
 @pytest.mark.parametrize("seed", range(N_TUNES))
-def test_outputs_are_those_of_the_firmware(seed):
-    outputs = run_law(*random_case(seed)).reshape(-1, 3, 4)
+@pytest.mark.parametrize("build", FIRMWARE)
+def test_outputs_are_those_of_the_firmware(build, seed):
+    outputs = run_law(*random_case(seed, BUILDS[build])).reshape(-1, 3, 4)
     largest = np.abs(outputs).max()
-    np.testing.assert_allclose(outputs[LOOPS, :, :3].sum(axis=2), FIRMWARE[seed], rtol=0.0, atol=1e-6 * largest)
+    np.testing.assert_allclose(outputs[LOOPS, :, :3].sum(axis=2), FIRMWARE[build][seed], rtol=0.0, atol=1e-6 * largest)
 
 
 def test_the_gate_opens_by_rate_only_off_idle_and_after_the_hold():
@@ -73,7 +77,8 @@ def test_a_damping_ratio_scales_d_alone(zeta):
 
 
 def test_builds_are_known_by_revision_or_by_settings():
-    assert recognize_build("6317fe2aa", frozenset()) is BUILDS["b10.1"]
+    assert recognize_build("6317fe2aa", frozenset()) is BUILDS["pr-august"]
+    assert recognize_build("923932bde", frozenset()) is BUILDS["b10.1"]
     assert recognize_build("0123456", frozenset({"adrc_motor_tau_ms"})) is BUILDS["mp2"]
     assert recognize_build("0123456", frozenset({"adrc_wc_roll"})) is None
     with pytest.raises(UnknownNameError, match=r"b10\.1.*mp2"):
@@ -84,6 +89,7 @@ def test_builds_are_known_by_revision_or_by_settings():
     ("build", "name", "value", "said"),
     [
         ("b10.1", "adrc_ground_wc", 10.0, "build b10.1 has no such setting"),
+        ("pr-august", "adrc_b0_law", 1.0, "build pr-august has no such setting"),
         ("mp2", "adrc_td_hz", 10.0, "build mp2 has no such setting"),
         ("b11", "adrc_wc_roll", 4.0, "given 4 rad/s; give a whole number from 5 to 300"),
         ("b11", "adrc_wc_roll", 60.5, "given 60.5 rad/s"),

@@ -86,7 +86,7 @@ def test_the_controller_is_the_law_as_it_steps(lag, damping):
     """The transform of the law's answer to a pulse of rate, scheduled at twice b0, with motor pole or damping ratio."""
     tune, period = tune_of(70, 110, 3000, 0.0, 50.0), 1e-3
     constants = tune.axis("roll", period)._replace(inverse_tau=1e3 / lag if lag else 0.0, damping=damping)
-    gate = equations.Gate(1.0, 0.0, 0.0, 1.0, 1.0, 2.0)
+    gate = equations.Gate(1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0)
     memory, answer = equations.seeded(0.0), []
     for k in range(6000):
         terms, memory = equations.step_axis(memory, constants, gate, float(k == 0), 0.0, 0.0, period)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from tuner.extensions.betaflight_adrc import equations
 from tuner.extensions.betaflight_adrc.equations import SCHEDULES
-from tuner.extensions.betaflight_adrc.settings import AXES, Tune, default_tune
+from tuner.extensions.betaflight_adrc.settings import AXES, BUILDS, Build, Tune, default_tune
 
 Array = NDArray[np.float64]
 N_LOOPS = 1200
@@ -17,8 +17,8 @@ ORDER = (
 """Settings behind wc, wo and b0 of the three axes, in the row that a judge takes."""
 
 
-def random_case(seed: int) -> tuple[Tune, float, Array]:
-    """Return a tune, the loop period [s], and signals by loop.
+def random_case(seed: int, build: Build = BUILDS["b11"]) -> tuple[Tune, float, Array]:
+    """Return a tune of a build, the loop period [s], and signals by loop.
 
     Columns: rates [deg/s], setpoints [deg/s], applied and commanded collective, saturation.
     """
@@ -43,7 +43,7 @@ def random_case(seed: int) -> tuple[Tune, float, Array]:
         "adrc_b0_law": SCHEDULES[str(rng.choice(list(SCHEDULES)))],
         "adrc_sat_z3_inhibit": float(rng.integers(2)),
     }
-    tune = default_tune().with_numbers(numbers)
+    tune = default_tune(build).with_numbers({name: value for name, value in numbers.items() if build.has(name)})
     period = float(rng.choice([125e-6, 312e-6, 1e-3]))
     rates = np.cumsum(rng.standard_normal((N_LOOPS, 3)), axis=0) * rng.uniform(0.5, 3.0)
     setpoints = np.repeat(rng.uniform(-300.0, 300.0, (N_LOOPS // 200, 3)), 200, axis=0)

@@ -7,12 +7,14 @@ from tuner.documents.assessment import (
     AssessedLoop,
     AssessedMetric,
     AssessedScenario,
+    AssessmentDocument,
     LoopFigures,
     RuleRow,
 )
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.verdicts import verdict_on_difference
 from tuner.extensions.judge.opinion import Evidence, form_opinion, metric_text, opinion_sentence
+from tuner.report.opinion_section import rule_table
 
 
 def figures(ms):
@@ -207,6 +209,12 @@ def test_a_sentence_names_changes_outside_of_the_model():
 def test_a_rule_and_the_loop_that_it_is_about_are_one_reason():
     _, reasons = form_opinion(evidence(loops=[loop(3.0, 1.5)], rules=[rule()]))
     assert len(reasons) == 1
+
+
+def test_the_table_of_rules_has_units():
+    rows = [rule().model_copy(update={"unit": "deg", "value": 25.0, "limit": 30.0, "sense": "min"}), rule()]
+    table = rule_table(AssessmentDocument.model_construct(rules=rows), violated=False)
+    assert [row[2:4] for row in table.rows] == [["25 deg", "min 30 deg"], ["2", "max 1"]]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Warnings before a run, some of them from the vehicle alone."""
 
 from collections.abc import Sequence
-from math import pi, radians, tau
+from math import degrees, pi, radians, tau
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import SearchedStudy, Study, differences
+
+MIN_ANGLE = 0.5 * pi
+"""Limit on a margin [deg] below which it looks like one in radians: a right angle is 1.57."""
 
 
 def few_scenarios(study: SearchedStudy) -> list[str]:
@@ -49,12 +52,18 @@ def unprovable_shares(study: SearchedStudy) -> list[str]:
 
 
 def wrong_units(study: SearchedStudy) -> list[str]:
-    """Warn of limits on metrics that look like numbers of another unit."""
-    return [
+    """Warn of limits that look like numbers of another unit."""
+    metrics = [
         f"{entry.objective.label} at most {entry.most:g}: {text}."
         for entry in study.constraints
         if not entry.floor and (text := _unit_fault(entry.objective.metric.unit, entry.most))
     ]
+    margins = [
+        f"{entry.label} at least {entry.limit:g} deg: the limit is in deg; {entry.limit:g} rad is {degrees(entry.limit):.3g}."
+        for entry in study.requirements
+        if entry.unit == "deg" and entry.limit < MIN_ANGLE
+    ]
+    return metrics + margins
 
 
 def _unit_fault(unit: str, most: float) -> str:

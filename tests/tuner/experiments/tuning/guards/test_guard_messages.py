@@ -280,6 +280,10 @@ def test_a_limit_in_another_unit_is_named_with_what_was_meant():
         ("rms.position", 10.0),
     ):
         assert said(metric, most) == []
+    margin = {"quantity": "phase_margin", "min": 0.61}
+    (limit,) = GUARDS["wrong_units"].message(load_study(QUICKSTART, {"margin": [margin]}))
+    assert limit.endswith("at least 0.61 deg: the limit is in deg; 0.61 rad is 35.")
+    assert GUARDS["wrong_units"].message(load_study(QUICKSTART, {"margin": [margin | {"min": 35.0}]})) == []
     # A limit of 0 is none in another unit.
     assert said("overshoot.position", 0.0) == [] and said("failure", 0.0) == []
 
