@@ -2,21 +2,28 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
 
 import numpy as np
 
 from plant.texts import PlainTable
 from tuner.extensions.plant_fit.intervals import FittedPlant
 
+Array = np.ndarray
 Gains = dict[str, float]
 LAWS: Mapping[str, tuple[str, str]] = {
     "pi": ("pid", "pid"), "pid": ("pid", "pid"), "adrc": ("adrc1", "ladrc"), "ladrc": ("ladrc", "ladrc"),
 }  # fmt: skip
-"""Law on the command line -> law of the channel of a plant with one pole, and of one with more."""
+"""Law on the command line -> law of the channel of a plant of first order, and of one of a higher order."""
 RANGE = (1.0 / 30.0, 10.0)
 """Ends of a gain's range over its default."""
 MAX_BANDWIDTH = 0.28
 """Largest bandwidth of an observer times the control period."""
+CLOSE = 1.6
+"""Ratio of a zero to a smaller lag below which they cancel."""
+MIN_RATIO = 0.5
+"""Second over first term of a plant's denominator, at an observer's bandwidth, from which it is of second order."""
 LIMIT_STEPS = 20.0
 """Error, in steps of the reference, from which a flight has failed."""
 
@@ -43,8 +50,20 @@ class Loop:
 
     @property
     def gain(self) -> float:
-        """Gain of the plant."""
-        return float(self.plant.solution.numerators[self.j, 0])
+        """Gain of the plant, its stable zeros cancelled."""
+        return self._reduced[0]
+
+    @cached_property
+    def _reduced(self) -> tuple[float, Array]:
+        """Gain, and denominator from the lowest power, without stable zeros."""
+        solution = self.plant.solution
+        rising = solution.denominators[self.j][::-1][solution.structure.integrators :]
+        return cancel_zeros(solution.numerators[self.j], rising, self._late)
+
+    @property
+    def _late(self) -> float:
+        """Dead time [s], for the controller with half a sampling interval."""
+        return float(self.plant.solution.dead_times[self.j]) + 0.5 * self.plant.chosen.problem.period
 
     @property
     def times(self) -> tuple[float, float, float]:
@@ -52,13 +71,10 @@ class Loop:
 
         Further poles, zeros in the right half-plane and half a sampling interval count as dead time.
         """
-        solution = self.plant.solution
-        structure = solution.structure
-        rising = solution.denominators[self.j][::-1][structure.integrators :]
+        rising, late = self._reduced[1], self._late
         first = float(rising[1]) if len(rising) > 1 else 0.0
         second = float(rising[2]) if len(rising) > 2 else 0.0
-        late = float(solution.dead_times[self.j]) + 0.5 * self.plant.chosen.problem.period
-        for zero in np.roots(solution.numerators[self.j][::-1]):
+        for zero in np.roots(self.plant.solution.numerators[self.j][::-1]):
             if zero.real > 0.0:
                 late += 1.0 / float(abs(zero))
         if len(rising) > 3:
@@ -66,12 +82,60 @@ class Loop:
         return first, second, late
 
 
+def cancel_zeros(numerator: Array, denominator: Array, late: float) -> tuple[float, Array]:
+    """Return gain and denominator of a plant whose stable zeros are cancelled.
+
+    Those are the real ones in the left half-plane. A zero that a rule for gains neglects makes a plant faster than the rule
+    assumes, and the loop unstable. Each is cancelled by a lag of about its size (rules T1 to T5 of Skogestad 2003).
+
+    Args:
+        numerator: Coefficients from the lowest power of s.
+        denominator: The same, without integrators.
+        late: Dead time [s].
+    """
+    gain, roots = float(numerator[0]), np.roots(denominator[::-1])
+    zeros = [-1.0 / float(each.real) for each in np.roots(numerator[::-1]) if each.real < 0.0 == each.imag]
+    lags = sorted(-1.0 / float(each.real) for each in roots if each.imag == 0.0)
+    if not zeros or not lags:
+        return gain, denominator
+    for zero in sorted(zeros, reverse=True)[: len(lags)]:
+        lag = _nearest(lags, zero)
+        lags.remove(lag)
+        share, rest = _ratio(zero, lag, late)
+        gain *= share
+        lags += [rest] if rest > 0.0 else []
+    rising = np.ones(1)
+    for each in lags:
+        rising = np.convolve(rising, [1.0, each])
+    for pole in roots[roots.imag > 0.0]:
+        rising = np.convolve(rising, [1.0, -2.0 * pole.real / abs(pole) ** 2, 1.0 / abs(pole) ** 2])
+    return gain, rising
+
+
+def _nearest(lags: list[float], zero: float) -> float:
+    """Return the lag that a zero is cancelled by: the next larger one, unless a smaller one is close."""
+    larger = min((each for each in lags if each >= zero), default=np.inf)
+    smaller = max((each for each in lags if each < zero), default=0.0)
+    is_close = smaller > 0.0 and zero / smaller < min(larger / zero, CLOSE)
+    return smaller if is_close or np.isinf(larger) else larger
+
+
+def _ratio(zero: float, lag: float, late: float) -> tuple[float, float]:
+    """Return gain and lag for (zero s + 1) / (lag s + 1) behind a dead time."""
+    if zero >= lag:
+        return max(zero, late) / max(lag, late), 0.0
+    if zero >= 5.0 * late:
+        return zero / lag, 0.0
+    short = min(lag, 5.0 * late)
+    return short / lag, max(short - zero, 0.0)
+
+
 def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list[PlainTable], PlainTable]:
     """Return [[channel]] and [gains] of loops under a law."""
     channels: list[PlainTable] = []
     gains: PlainTable = {}
     for loop in loops:
-        name_of_law = LAWS[law][loop.plant.solution.structure.order > 1]
+        name_of_law = _law(loop, law, period)
         is_pid = name_of_law == "pid"
         b0 = float(np.sign(loop.gain)) if is_pid else round_to(_high_frequency_gain(loop, name_of_law == "adrc1"))
         table: PlainTable = {"name": loop.output, "law": name_of_law, "output": loop.output, "to": loop.input}
@@ -88,6 +152,26 @@ def channel_tables(loops: Sequence[Loop], law: str, period: float) -> tuple[list
             gains[f"{loop.output}.{name}"] = {"low": low, "high": high, "default": round_to(value)}
         gains |= {f"{loop.output}.{name}": round_to(value) for name, value in fixed.items()}
     return channels, gains
+
+
+def _law(loop: Loop, law: str, period: float) -> str:
+    """Return the law of a channel.
+
+    A loop with an observer of second order that is slower than the lags of a plant is far slower than its bandwidth.
+    """
+    first_order, higher = LAWS[law]
+    structure = loop.plant.solution.structure
+    if structure.order > 1 and not structure.integrators:
+        first, second, late = loop.times
+        bandwidth = _observer(loop, period)[0]["omega_o"]
+        return higher if bandwidth * (second + first * late) >= MIN_RATIO * first else first_order
+    return higher if structure.order > 1 else first_order
+
+
+def bandwidths(gains: PlainTable) -> list[float]:
+    """Return the first bandwidths of loops under ADRC [rad/s]."""
+    tables = [value for name, value in gains.items() if name.endswith(".omega_c")]
+    return [float(cast("dict[str, float]", each)["default"]) for each in tables]
 
 
 def _pid(loop: Loop, is_pi: bool, period: float) -> tuple[Gains, Gains]:

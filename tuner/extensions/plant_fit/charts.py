@@ -59,8 +59,11 @@ def residual_panels(fit: "PlantFit") -> list[Panel]:
     """Return two panels for each output: what the model leaves over, and autocorrelations of the prediction errors."""
     time = _joined([each.time - each.time[0] for each in fit.experiments], shifted=True)
     panels = []
-    for name, plant in zip(fit.signals.outputs, fit.plants, strict=True):
-        line = Line(look=LEFT_LOOK, x=time, y=_joined(list(plant.solution.residuals)))
+    for i, (name, plant) in enumerate(zip(fit.signals.outputs, fit.plants, strict=True)):
+        # The offsets are those of the model in the first panels: those of the prediction errors can be far from the record.
+        model = simulated(plant.chosen.projection, plant.solution)
+        left = [each.outputs[:, i] - part for each, part in zip(fit.experiments, model, strict=True)]
+        line = Line(look=LEFT_LOOK, x=time, y=_joined(left))
         unit = bracketed("left over", fit.signals.units[name])
         panels.append(Panel(f"left-{name}", f"{name}, left over", Axis("time [s]"), Axis(unit), [line]))
         panels.append(_whiteness(name, plant))

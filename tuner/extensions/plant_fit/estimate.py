@@ -149,9 +149,9 @@ class Projection:
 
     def __init__(self, problem: Problem, structure: Structure) -> None:
         self.problem, self.structure = problem, structure
-        # An input's unknown value at rest makes a ramp behind an integrator.
-        has_trend = problem.has_trend or structure.integrators > 0
-        self._regressors = Regressors(problem.grids, problem.has_start, has_trend)
+        # An input's unknown value at rest makes a ramp behind an integrator, and a parabola behind two.
+        degree = max(int(problem.has_trend), structure.integrators)
+        self._regressors = Regressors(problem.grids, problem.has_start, degree)
 
     def matrices(self, shape: Array, dead_times: Array) -> list[Array]:
         """Return the columns (samples, linear parameters) of each experiment."""

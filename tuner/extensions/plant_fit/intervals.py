@@ -11,7 +11,7 @@ from tuner.extensions.plant_fit.curvature import Curvature, bends_of
 from tuner.extensions.plant_fit.estimate import Search, Solution
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.selection import Chosen
-from tuner.extensions.plant_fit.slopes import covariance_of, jacobian_of, slopes_of
+from tuner.extensions.plant_fit.slopes import MIN_INFORMATION, covariance_of, jacobian_of, slopes_of
 
 Array = np.ndarray
 LEVEL = 0.975
@@ -29,6 +29,8 @@ PULL_WEIGHT, MAX_TRIALS, TRIAL_EVALUATIONS, MAX_OVERSHOOT = 3.0, 6, 8, 1.3
 SLOPE_STEP = 1e-5
 MAX_CORRECTION = 1.5
 """Largest mean loss that intervals are corrected by: more is beyond two terms of a series."""
+MAX_HIDDEN_SHARE = 0.1
+"""Share of a number's slope in directions that the data do not show, from which it has no interval."""
 MIN_SPLIT_DAMPING = float(np.log(1.5))
 """Logarithm of the damping ratio from which a pair of poles has time constants in tables."""
 
@@ -149,10 +151,25 @@ class FittedPlant:
         )
         return self.covariance[:n, :n] - (cross @ np.linalg.pinv(of_noise) @ cross.T if p else 0.0)
 
+    @cached_property
+    def _hidden(self) -> tuple[Array, Array]:
+        """Sizes of slopes, and directions (n, directions) in their units without information."""
+        size = np.linalg.norm(self.jacobian, axis=0)
+        size[size == 0.0] = 1.0
+        _, values, turned = np.linalg.svd(np.linalg.qr(self.jacobian / size, mode="r"))
+        return size[: self.n_plant], turned[values < MIN_INFORMATION * values[0], : self.n_plant].T
+
     def spread(self, function: Callable[[Array], float]) -> "Spread":
-        """Return the uncertainty of a function of the parameters."""
+        """Return the uncertainty of a function of the parameters.
+
+        It is infinite for a function that the data do not show.
+        """
         slopes = self._slopes(lambda parameters: np.array([function(parameters)]))[0]
         n = self.n_plant
+        size, hidden = self._hidden
+        # The covariance leaves these directions out: a pole far above the sampling rate would get a narrow interval.
+        if np.linalg.norm((slopes / size) @ hidden) > MAX_HIDDEN_SHARE * np.linalg.norm(slopes / size):
+            return Spread(np.inf, np.inf, NORMAL_QUANTILE)
         both, alone = (float(slopes @ each @ slopes) for each in (self.covariance[:n, :n], self.covariance_alone))
         degrees = self.likelihood.degrees_of(slopes, self.solution.noise)
         deviation, of_plant = (float(np.sqrt(max(each, 0.0))) for each in (both, alone))
@@ -194,13 +211,15 @@ class FittedPlant:
 
     def _number(self, name: str, unit: str, function: Callable[[Array], float]) -> Number:
         value, half = float(function(self.parameters)), self.spread(function).half_width
+        half = half if np.isfinite(half) else np.nan
         return Number(name, value, value - half, value + half, unit)
 
     def _positive(self, name: str, unit: str, logarithm: Callable[[Array], float]) -> Number:
         value, half = logarithm(self.parameters), self.spread(logarithm).half_width
+        half = half if np.isfinite(half) else np.nan
         is_curved = MIN_PROFILE_WIDTH < half < MAX_PROFILE_WIDTH
         low, high = profile_ends(self, logarithm) if is_curved else (value - half, value + half)
-        low, value, high = (float(np.exp(min(each, 50.0))) for each in (low, value, high))
+        low, value, high = (float(np.exp(np.minimum(each, 50.0))) for each in (low, value, high))
         return Number(name, value, low, high, unit)
 
     def _shape_numbers(self, j: int) -> Iterator[tuple[str, str, Callable[[Array], float]]]:
@@ -251,6 +270,8 @@ def profile_ends(plant: FittedPlant, number: Callable[[Array], float]) -> tuple[
     """
     solution, spread = plant.solution, plant.spread(number)
     middle, shift = number(plant.parameters), spread.half_width
+    if not np.isfinite(shift):
+        return float("nan"), float("nan")
     if spread.of_plant <= MIN_DEVIATION * max(abs(middle), plant.chosen.problem.period):
         return middle - shift, middle + shift
     # The noise model stays, so losses count by the deviation that they would have if it were known.

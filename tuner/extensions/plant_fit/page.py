@@ -32,7 +32,8 @@ AIDS = {
     "bode": "Frequency response with its 95 % band, up to half the sampling rate.",
     "numbers": "95 % intervals, most of them likelihood profiles: a dead time trades with lags, so they are not symmetric.",
     "rivals": "Each structure is fitted without blocks of the record and judged by its errors there. The chosen one has "
-    "the fewest parameters among those within two standard errors, or two per cent, of the best.",
+    "the fewest parameters among those within two standard errors, or two per cent, of the best, and simulates the blocks "
+    "better than their mean, if any does.",
     "unknown": "Numbers with intervals wider than themselves, and an experiment that would identify them.",
 }
 LINES = (("measured", MEASURED_LOOK), ("model", MODEL_LOOK), ("input", INPUT))

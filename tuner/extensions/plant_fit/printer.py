@@ -94,5 +94,6 @@ def noise_text(row: OutputRow) -> str:
             f"coloured noise of {significant(noise.coloured, 3)}{unit} rms with a correlation time of "
             f"{significant(noise.correlation_time, 3)} s"
         )
-    outliers = f"; {noise.outliers} outliers are left out" if noise.outliers else ""
+    number = "1 outlier is" if noise.outliers == 1 else f"{noise.outliers} outliers are"
+    outliers = f"; {number} left out" if noise.outliers else ""
     return f"Noise of {row.output}: {' and '.join(parts)}{outliers}."

@@ -5,8 +5,10 @@ and the output at a sample is interpolated.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 from scipy.signal import lfilter
 
 from tuner.extensions.plant_fit.reading import Experiment
@@ -51,6 +53,12 @@ class Grid:
         padded = np.concatenate([self.inputs, np.repeat(self.inputs[-1:], missing, axis=0)])
         means = padded.reshape(-1, every, self.inputs.shape[1]).mean(axis=1)
         return Grid(self.period * every, means, None if self.place is None else self.place[::every] / every)
+
+    @property
+    def relative_time(self) -> Array:
+        """Sampling times (samples,) over the record, from -1 to 1."""
+        place = np.arange(len(self.inputs)) if self.place is None else self.place
+        return 2.0 * place / place[-1] - 1.0
 
     def at_samples(self, series: Array) -> Array:
         """Return a series of the grid (cells,) at the samples."""
@@ -130,12 +138,12 @@ class Regressors:
     Attributes:
         grids: Grid of each experiment.
         has_start: Whether initial states are estimated, for each experiment.
-        has_trend: Whether a straight drift is estimated.
+        drift_degree: Degree of the drift, a polynomial of time; 0 without one.
     """
 
     grids: tuple[Grid, ...]
     has_start: tuple[bool, ...]
-    has_trend: bool
+    drift_degree: int
 
     def matrices(self, filters: list[tuple[Array, int]], dead_times: Array) -> list[Array]:
         """Return the columns of each experiment (samples, columns): first those of the inputs, which all experiments share.
@@ -157,8 +165,11 @@ class Regressors:
                 free += sampled.free_responses(len(grid.inputs))
                 # What entered the dead time before the record is taken for constant.
                 free += sampled.responses(np.ones(len(grid.inputs)), dead_times[j], 1)
-        n = len(grid.inputs if grid.place is None else grid.place)
-        time = np.linspace(-1.0, 1.0, n) if grid.place is None else 2.0 * grid.place / grid.place[-1] - 1.0
-        offsets = [np.ones(n), *([time] if self.has_trend else [])]
-        offsets += [grid.at_samples(each) for each in free]
-        return np.column_stack([*[grid.at_samples(each) for each in columns], *offsets])
+        sampled_columns = [grid.at_samples(each) for each in columns + free]
+        n_driven = len(columns)
+        return np.column_stack([*sampled_columns[:n_driven], self._drifts[i], *sampled_columns[n_driven:]])
+
+    @cached_property
+    def _drifts(self) -> list[Array]:
+        """Offset and drift of each experiment (samples, drift_degree + 1)."""
+        return [legvander(grid.relative_time, self.drift_degree) for grid in self.grids]

@@ -23,7 +23,7 @@ from tuner.extensions.plant_fit.estimate import (
 from tuner.extensions.plant_fit.noise import fit_noise, outliers_in, quantum_of
 from tuner.extensions.plant_fit.restricted import RestrictedLikelihood
 from tuner.extensions.plant_fit.slopes import slopes_of
-from tuner.extensions.plant_fit.structures import FIRST, Structure, extended
+from tuner.extensions.plant_fit.structures import FIRST, SECOND, STRUCTURES, Structure, extended
 
 Array = np.ndarray
 N_FOLDS, N_BLOCKS, FOLD_EVALUATIONS = 4, 20, 3
@@ -56,7 +56,7 @@ class Rival:
     Attributes:
         solution: Fit to all of the record.
         held_out: Fit to held-out blocks [1]: 1 - |y - model| / |y - mean|.
-        score: Mean square of the prediction errors on held-out blocks over that of the best.
+        score: Mean square of the prediction errors on held-out blocks over that of the best that simulates them.
         error: Standard error of the difference to the best's score.
     """
 
@@ -124,13 +124,26 @@ def _first_fits(problem: Problem, structures: list[Structure]) -> dict[str, Solu
     """Return fits without a noise model by the name of the structure."""
     coarse = problem.thinned(ceil(max(len(each) for each in problem.outputs) / REDUCED))
     fits: dict[str, Solution] = {}
-    for structure in structures:
+    for structure in _with_simpler(structures):
         coarse_fit = _searched(coarse, structure, _earlier(structure, fits))
         projection = Projection(problem, structure)
         start = projection.solve(coarse_fit.shape, coarse_fit.dead_times, coarse_fit.noise)
         fit = Search(projection).polish(start, evaluations=REFIT_EVALUATIONS)
         fits[structure.name] = min((fit, *_better(projection, fit, fits)), key=lambda each: each.cost)
-    return fits
+    return {each.name: fits[each.name] for each in structures}
+
+
+def _with_simpler(structures: list[Structure]) -> list[Structure]:
+    """Return structures behind the simpler ones from which their searches start.
+
+    Searches of one or two shape parameters need none.
+    """
+    richest = max(each.n_shape for each in structures)
+    return [
+        each
+        for each in STRUCTURES.values()
+        if each in structures or (each.pairs and SECOND.n_shape < richest >= each.n_shape)
+    ]
 
 
 def _better(projection: Projection, fit: Solution, fits: dict[str, Solution]) -> Iterator[Solution]:
@@ -201,16 +214,24 @@ def _judged(problem: Problem, solutions: list[Solution]) -> list[Rival]:
         squares.append(np.concatenate(errors))
         measured.append(float(np.sqrt(sum(each @ each for each in residuals))))
     spread = np.sqrt(sum(float(np.sum((each - each.mean()) ** 2)) for each in problem.outputs))
+    shares = [1.0 - each / spread for each in measured]
     means = np.array([each.mean() for each in squares])
-    best = int(np.argmin(means))
+    best = min(_simulating(shares), key=lambda i: means[i])
     rivals = []
     for i, solution in enumerate(solutions):
         difference = squares[i] - squares[best]
         error = float(difference.std(ddof=1) / np.sqrt(len(difference))) if len(difference) > 1 else 0.0
-        rivals.append(
-            Rival(solution, 1.0 - measured[i] / spread, float(means[i] / means[best]), error / float(means[best]))
-        )
+        rivals.append(Rival(solution, shares[i], float(means[i] / means[best]), error / float(means[best])))
     return rivals
+
+
+def _simulating(held_out: list[float]) -> list[int]:
+    """Return the places of rivals that simulate held-out blocks.
+
+    These do so better than the mean of the blocks; if none does, all are returned. The others predict by measured outputs,
+    through the noise model, and no simulation has these.
+    """
+    return [i for i, each in enumerate(held_out) if each > 0.0] or list(range(len(held_out)))
 
 
 def _folds(problem: Problem) -> list[list[Array]]:
@@ -250,6 +271,7 @@ def _held_out(problem: Problem, start: Solution, held: list[Array], noise: Array
 
 def _simplest(rivals: list[Rival]) -> Rival:
     """Return the simplest rival within standard errors of the best."""
+    rivals = [rivals[i] for i in _simulating([each.held_out for each in rivals])]
     best = min(rivals, key=lambda each: each.score)
     able = [
         each

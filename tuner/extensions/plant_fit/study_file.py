@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.errors import check_name
 from plant.texts import PlainTable
-from tuner.extensions.plant_fit.channels import LAWS, Loop, channel_tables, round_to
+from tuner.extensions.plant_fit.channels import LAWS, Loop, bandwidths, channel_tables, round_to
 from tuner.extensions.plant_fit.intervals import FittedPlant
 from tuner.extensions.plant_fit.noise import NoiseParts
 from tuner.extensions.plant_fit.realization import realized
@@ -18,7 +18,7 @@ WIDTH_OF_DEVIATION = float(np.sqrt(3.0))
 """Half-width of a uniform number over its standard deviation."""
 MAX_WIDTH = 0.9
 """Largest half-width of a parameter that is written."""
-NEGLIGIBLE = 1e-4
+NEGLIGIBLE = 1e-3
 """Half-width below which a direction is left out."""
 MAX_DIRECTIONS = 6
 """Most directions of a spread at whose ends margins are limited: all 64 ends are judged."""
@@ -27,7 +27,7 @@ PERIODS = 120.0
 MAX_LATE = 100
 """Most control periods of a dead time."""
 SPAN = 8.0
-"""Duration of a flight over the time that the plant takes."""
+"""Duration of a flight over the time that the plant takes, and over that of a slower first loop."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,7 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
         for name, (low, high), late in zip(signals.inputs, signals.ranges, delays, strict=True)
     ]
     channels, gains = channel_tables(loops, law, period)
+    slow = max(float(slowness(plants)), *(1.0 / each for each in bandwidths(gains)), 0.0)
     table: PlainTable = {
         "title": title,
         "description": "Written by tuner fit. Signals count from the working point of the data. Check the limits of "
@@ -71,9 +72,7 @@ def study_text(plants: Sequence[FittedPlant], signals: Signals, law: str, title:
         "actuator": actuators,
         "channel": channels,
         "gains": gains,
-        "scenario": [
-            _scenario(kind, loops, signals, joint, period, float(slowness(plants))) for kind in ("set point", "load")
-        ],
+        "scenario": [_scenario(kind, loops, signals, joint, period, slow) for kind in ("set point", "load")],
         "objective": [{"metric": f"iae.{loop.output}"} for loop in loops] + [{"metric": "travel"}],
         "margin": _margins(plants, period, len(joint)),
         "search": {"population": 16, "generations": 10},

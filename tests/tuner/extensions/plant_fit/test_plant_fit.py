@@ -1,5 +1,6 @@
 """Plants sampled by SciPy are found again, hostile tables are refused in a line, and the study of a fit is one."""
 
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from typer.testing import CliRunner
 import tuner
 from plant.errors import InputError
 from tuner.cli.main import app
+from tuner.extensions.plant_fit.channels import cancel_zeros
+from tuner.extensions.plant_fit.estimate import Solution
 from tuner.extensions.plant_fit.noise import fill_outliers, noise_parts, outliers_in, quantum_of
 from tuner.extensions.plant_fit.reading import make_experiment
 from tuner.extensions.plant_fit.response import Grid, SampledFilter
@@ -109,6 +112,38 @@ def test_a_zero_in_the_right_half_plane_is_found():
     assert rows["Tz"].value == pytest.approx(-2.0, abs=0.15)
 
 
+@pytest.mark.parametrize("structure", ["third-order", "first-order,fourth-order-with-two-zeros"])
+def test_a_rich_structure_needs_no_simpler_rival(structure):
+    inputs, outputs = record(([1.8], [60.0, 35.0, 10.0, 1.0]), 1.0)
+    found = tuner.fit(frame_of(inputs, outputs), input="u", output="y", structure=structure)
+    assert [row.structure.replace(" ", "-") for row in found.document.outputs[0].rivals] == structure.split(",")
+    assert found.document.outputs[0].fit > 0.95
+
+
+def test_an_unknown_input_at_rest_does_not_hide_a_double_integrator():
+    inputs, outputs = record(([0.01], [1.0, 0.0, 0.0]), 1.0, noise=0.2)
+    # A scale that shows 0.02 too much: the output gets a parabola of 16 units, and a straight drift leaves 4 of them.
+    outputs += sampled(([0.01], [1.0, 0.0, 0.0]), np.full(400, 0.02), 1.0)
+    found = tuner.fit(frame_of(inputs, outputs), input="u", output="y", structure="double-integrating")
+    assert found.document.outputs[0].fit > 0.95
+    assert numbers(found)["K"].value == pytest.approx(0.01, rel=0.02)
+
+
+def test_a_structure_that_predicts_by_measured_outputs_alone_is_not_chosen():
+    from tuner.extensions.plant_fit.selection import Rival, _simplest
+    from tuner.extensions.plant_fit.structures import FIRST, SECOND, THIRD_ZERO
+
+    def rival(structure, held_out, score):
+        none = np.zeros(0)
+        return Rival(Solution(structure, none, none, none, none, none, ()), held_out, score, 0.03)
+
+    # DaISy's ball and beam: the best predictor simulates worse than the mean of the record.
+    rivals = [rival(FIRST, 0.09, 1.01), rival(SECOND, 0.23, 1.0), rival(THIRD_ZERO, -0.18, 0.91)]
+    assert _simplest(rivals).structure == SECOND
+    rivals = [rival(FIRST, -0.3, 1.11), rival(THIRD_ZERO, -0.18, 1.0)]
+    assert _simplest(rivals).structure == THIRD_ZERO
+
+
 def test_data_under_feedback_give_the_plant_and_not_the_controller():
     from benchmarks.plant_fit import CASES, covered
 
@@ -189,6 +224,24 @@ def test_a_joint_spread_has_the_covariance_that_it_is_made_of():
     assert drawn == pytest.approx(relative, abs=3e-5)
 
 
+def test_a_pole_far_above_the_sampling_rate_is_not_identified():
+    from tuner.extensions.plant_fit.estimate import Problem, Projection
+    from tuner.extensions.plant_fit.intervals import FittedPlant
+    from tuner.extensions.plant_fit.selection import Chosen
+    from tuner.extensions.plant_fit.structures import SECOND
+
+    slow, fast = 10.0, 1e-3
+    inputs, outputs = record(([2.0], [slow, 1.0]), 2.2)
+    problem = Problem.of([make_experiment(np.arange(400.0), inputs, outputs)], 0, None, False)
+    w = (slow * fast) ** -0.5
+    shape = np.log([w, 0.5 * (slow + fast) * w])
+    solution = Projection(problem, SECOND).solve(shape, np.array([2.2]), np.zeros(0))
+    rows = {row.name: row for row in FittedPlant.of(Chosen(problem, solution, ())).numbers(0)}
+    assert rows["Tb"].value == pytest.approx(fast) and not rows["Tb"].is_identified
+    assert rows["K"].low < 2.0 < rows["K"].high < 2.1
+    assert rows["Ta"].low < slow < rows["Ta"].high < 11.0
+
+
 def test_the_restricted_likelihood_is_that_of_the_dense_covariance():
     from scipy.linalg import toeplitz
 
@@ -261,6 +314,40 @@ def test_the_study_of_a_fit_is_stable_and_has_the_plant(tmp_path, law):
     assert margins.stable.all()
 
 
+def test_zeros_are_cancelled_as_in_the_examples_of_skogestads_paper():
+    # Example E3, 2 (15 s + 1) / ((20 s + 1) (s + 1) (0.1 s + 1)^2): gain 1.5, lags of 1, 0.15 (half rule) and so on.
+    rising = np.polymul(np.polymul([20.0, 1.0], [1.0, 1.0]), [0.01, 0.2, 1.0])[::-1]
+    gain, rest = cancel_zeros(np.array([2.0, 30.0]), rising, 0.0)
+    assert gain == pytest.approx(1.5)
+    assert rest == pytest.approx(np.polymul([1.0, 1.0], [0.01, 0.2, 1.0])[::-1], rel=1e-5)
+
+
+@pytest.mark.parametrize("law", ["pi", "pid", "adrc"])
+def test_the_first_loops_of_a_plant_with_a_slow_zero_are_stable(tmp_path, law):
+    # DaISy's heating system.
+    inputs, outputs = record(([2163.0, 22.83], [4455.0, 198.3, 1.0]), 3.4, 600, 2.0, 1.0, 60)
+    out = tmp_path / "heating.toml"
+    frame = frame_of(inputs, outputs, 2.0)
+    tuner.fit(frame, input="u", output="y", structure="second-order-with-a-zero", law=law, out=out)
+    study = tuner.load_study(out, kind=tuner.PlantStudy)
+    margins = study.margin_model().evaluate(study.default_row[None])
+    assert margins.stable.all() and margins.sensitivity.value.max() < 2.0
+    if law == "adrc":
+        # A flight lasts several times as long as its first loop takes.
+        tables = tomllib.loads(out.read_text(encoding="utf-8"))
+        assert tables["gains"]["y.omega_c"]["default"] * tables["scenario"][0]["duration"] > 7.0
+
+
+def test_adrc_beside_fast_lags_is_of_first_order(tmp_path):
+    # DaISy's hair dryer: an observer of second order at its control period needs 120 s for a step of 0.55 s.
+    inputs, outputs = record(([0.935], [0.001539, 0.04868, 0.4233, 1.0]), 0.12, 600, 0.08, 0.02, 8)
+    out = tmp_path / "dryer.toml"
+    frame = frame_of(inputs, outputs, 0.08)
+    tuner.fit(frame, input="u", output="y", structure="third-order", law="adrc", out=out)
+    study = tuner.load_study(out, kind=tuner.PlantStudy)
+    assert [each.law.name for each in study.system.plan.channels] == ["adrc1"]
+
+
 def test_the_loops_of_a_first_order_plant_under_adrc_tolerate_the_upper_end_of_its_dead_time(tmp_path):
     inputs, outputs = record(([2.0], [10.0, 1.0]), 3.0)
     out = tmp_path / "tank.toml"
@@ -283,6 +370,19 @@ def test_the_page_shows_every_part(tmp_path):
     # A section with the name of the page's data took its place, and no chart was drawn.
     assert text.count('id="data"') == 1
     assert found.figure("bode") is not None
+
+
+def test_the_chart_of_residuals_is_that_of_the_shown_model():
+    from tuner.extensions.plant_fit.charts import data_panels, residual_panels
+    from tuner.report.charts.chart import Line
+
+    # Noise that wanders: the offset of the prediction errors is far from the record.
+    inputs, outputs = record(n=300)
+    outputs += np.cumsum(np.random.default_rng(7).normal(0.0, 0.3, 300))
+    found = tuner.fit(frame_of(inputs, outputs), input="u", output="y", structure="first-order")
+    shown = [*data_panels(found)[0].marks, residual_panels(found)[0].marks[0]]
+    measured, model, left = (np.asarray(mark.y) for mark in shown if isinstance(mark, Line))
+    assert left == pytest.approx(measured - model) and abs(np.mean(left)) < 1e-6 * np.std(left)
 
 
 TIMES = np.arange(100.0)
