@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from plant.errors import InputError
+from plant.output_files import make_folders
 from tuner.extensions.autopilots.firmware import Bench
 from tuner.extensions.betaflight import bench as betaflight
 from tuner.extensions.betaflight.board import BetaflightBoard, shim_in
@@ -34,7 +35,7 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
 
 def _has_schedules(bench: Bench) -> bool:
     """Return True for a program that has the setting of the schedule; raises InputError for one without the law."""
-    bench.folder.mkdir(parents=True, exist_ok=True)
+    make_folders(bench.folder)
     line = CommandLine(bench.binary, bench.folder, shim_in(bench.folder))
     try:
         has_law, has_schedules = (ALLOWED in line.say(f"get {name}") for name in ("pid_type", SCHEDULE))

@@ -12,7 +12,7 @@ from plant.backends.c_code import REALS
 from plant.records import flatten
 from tests.clients import ask
 from tests.tuner.conftest import QUICKSTART
-from tests.tuner.extensions.design_rules.test_observer import mass_study
+from tests.tuner.extensions.design_rules.test_state_observer import mass_study
 from tests.tuner.extensions.fmi.fmus import HEAD
 from tuner.exchange.c99.plant import plant_flight, tuned_plant
 from tuner.exchange.target import PlantRequest
