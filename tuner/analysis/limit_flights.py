@@ -43,7 +43,7 @@ class Look(NamedTuple):
         upper: Upper ends.
         excess: Excess (rows, constraints), 0 where a limit is kept in this look or was in an earlier one.
         is_open: Mask (rows,) of those that may fly on: they keep every limit by value and not by interval.
-        is_hoped: Mask (rows,) of those that may fly on: they keep every limit by the lower end of an interval, not by the upper.
+        is_possible: Mask (rows,) of those that may fly on: they keep each limit by the lower end of an interval alone.
     """
 
     value: np.ndarray
@@ -51,7 +51,7 @@ class Look(NamedTuple):
     upper: np.ndarray
     excess: np.ndarray
     is_open: np.ndarray
-    is_hoped: np.ndarray
+    is_possible: np.ndarray
 
 
 class LimitFlights:
@@ -230,7 +230,7 @@ class LimitFlights:
         Args:
             row: Number of the row.
             excess: Excess (constraints,) of it.
-            is_recommended: Whether the answer hangs on it, so that no budget counts.
+            is_recommended: Whether it is the recommended row, for which no budget counts.
         """
         number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
         if not self.may_fly or number >= len(SPENT):
@@ -283,13 +283,13 @@ class LimitFlights:
         """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
 
-    def may_settle(self, look: Look, flown: FinalFlights, hope: float = 0.0) -> np.ndarray:
+    def may_settle(self, look: Look, flown: FinalFlights, share: float = 0.0) -> np.ndarray:
         """Return the mask (rows,) of those likely to settle.
 
         They take at most `DOUBT` times the flights of the last look, by values and intervals so far.
-        hope: parts of the intervals below the values by which these are smaller.
+        share: Part of the interval below a value by which the value counts as smaller.
         """
-        shift = hope * (look.value - look.low)
+        shift = share * (look.value - look.low)
         look = look._replace(value=look.value - shift, upper=look.upper - shift)
         last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
         most = np.full(len(self.gains), DOUBT * last)

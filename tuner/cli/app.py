@@ -216,8 +216,12 @@ Folder = Annotated[Path, typer.Argument(help="A results folder.", show_default=F
 GainsFile = Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(help=THREADS.help, min=THREADS.least)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON only.")]
+GivenGains = Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")]
+FlownLaw = Annotated[str | None, law_option("Attitude law to fly with its default gains.")]
 PositionLaw = Annotated[str, law_option("Position law, with --law.")]
 Airframe = Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)]
+FlownStudy = Annotated[Path | None, study_option("Fly a scenario of this study.")]
+ScenarioNumber = Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)]
 Gain = Annotated[
     list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another value of a gain; give it again for others.")
 ]

@@ -14,9 +14,13 @@ from tuner.cli.answer import Messages, answer, progress
 from tuner.cli.app import (
     Airframe,
     AsJson,
+    FlownLaw,
+    FlownStudy,
     Gain,
     GainsFile,
+    GivenGains,
     PositionLaw,
+    ScenarioNumber,
     Threads,
     app,
     gains_of,
@@ -32,13 +36,13 @@ if TYPE_CHECKING:
 
 @app.command()
 def fly(
-    gains: Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")] = None,
-    law: Annotated[str | None, law_option("Attitude law to fly with its default gains.")] = None,
+    gains: GivenGains = None,
+    law: FlownLaw = None,
     position_law: PositionLaw = POSITION_LAW,
     airframe: Airframe = None,
     gain: Gain = None,
-    study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
-    scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
+    study: FlownStudy = None,
+    scenario: ScenarioNumber = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[
         int | None, typer.Option(help="Root seed if no study gives one; default: 1.", min=0, show_default=False)
@@ -80,7 +84,7 @@ def fly(
 
 @app.command()
 def margins(
-    gains: Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")] = None,
+    gains: GivenGains = None,
     law: Annotated[str | None, law_option("Attitude law to judge with its default gains.")] = None,
     position_law: PositionLaw = POSITION_LAW,
     airframe: Airframe = None,

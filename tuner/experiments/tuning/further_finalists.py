@@ -3,7 +3,7 @@
 A search keeps a limit by few flights, which all candidates share. The finalists' held-out values lie above or below those of the
 search, and the values of other candidates probably do by as much. A candidate that then keeps every limit and is better than the
 recommended point becomes a finalist. If there is none, those between the last finalist that breaks a limit and the recommended
-one fly that would keep it by the smallest of all distances: the search picked some finalists for their luck on its few flights.
+one fly that would keep it by the smallest of all distances: chosen candidates have too small values on the flights of the choice.
 """
 
 import numpy as np

@@ -209,7 +209,7 @@ class Validation:
             is_open = likely
         if is_alone and not is_open.any():
             # All rows fly the same flights: one that flies on shows by how much these are too harsh for all.
-            is_open = matters & look.is_hoped & self._limits.may_settle(look, flown, STANDARD_ERROR)
+            is_open = matters & look.is_possible & self._limits.may_settle(look, flown, STANDARD_ERROR)
         if not is_open.any():
             return None
         hoped = finalists.feasible | is_open

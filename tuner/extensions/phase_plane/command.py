@@ -8,7 +8,17 @@ import typer
 import tuner
 from tuner.api import POSITION_LAW
 from tuner.cli.answer import progress
-from tuner.cli.app import Airframe, Gain, PositionLaw, Threads, app, law_option, study_option
+from tuner.cli.app import (
+    Airframe,
+    FlownLaw,
+    FlownStudy,
+    Gain,
+    GivenGains,
+    PositionLaw,
+    ScenarioNumber,
+    Threads,
+    app,
+)
 from tuner.cli.evaluate import gains_or_law, study_of
 from tuner.text.sentences import counted, listing
 
@@ -17,13 +27,13 @@ FILE = Path("phase.png")
 
 @app.command("phase-plane")
 def phase_plane(
-    gains: Annotated[Path | None, typer.Argument(help="A gains.json, or a study for its default.")] = None,
-    law: Annotated[str | None, law_option("Attitude law to fly with its default gains.")] = None,
+    gains: GivenGains = None,
+    law: FlownLaw = None,
     position_law: PositionLaw = POSITION_LAW,
     airframe: Airframe = None,
     gain: Gain = None,
-    study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
-    scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
+    study: FlownStudy = None,
+    scenario: ScenarioNumber = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights; 16 are drawn at most.", min=1)] = 8,
     plot: Annotated[Path, typer.Option(help="File to write: .png, .pdf or .svg.")] = FILE,
     threads: Threads = None,

@@ -52,7 +52,7 @@ def test_without_a_point_that_keeps_the_limits_everyone_inside_is_better():
 
 
 def test_lucky_finalists_close_the_way_to_no_others():
-    # The search was luckier with some: by the median distance of 2 nobody better keeps the limit, by the smallest those from 36 on.
+    # By the median distance of 2 no better candidate keeps the limit; by the smallest one of 0.6 those from 36 on do.
     candidates = [34, 36, 38, 50, 52]
     rows = chosen(candidates, 4, np.array([2.0, 2.0, 2.0, 0.6, 0.6]))
     assert len(rows) and rows.min() >= 39 and rows.max() < 50
