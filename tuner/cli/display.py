@@ -19,6 +19,9 @@ from tuner.text.units import after_number
 REPORT_SECONDS = 5.0
 """Time [s] that documents, page and figures of a run take after its last flight."""
 
+WRITING = "Writing"
+"""Stage after the last flight."""
+
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {
     REFINING: "Refining the best setting: up to {:,} flights",
@@ -267,10 +270,13 @@ class TerminalWatcher(Watcher):
             self._answer.print_folder(folder, flights_made, self._console)
 
     def on_writing(self, part: str) -> None:
-        """Say what is being written."""
+        """Name the part that is written: each in a live display, else the stage once."""
+        is_first = not self._stage.startswith(WRITING)
+        self._stage = f"{WRITING} {part}"
         if self._live:
-            self._stage = f"writing {part}"
-            self._begin_task(self._course.text(self._stage) if self._course.stages else f"Writing {part}", None)
+            self._begin_task(self._course.text(self._stage) if self._course.stages else self._stage, None)
+        elif is_first and self._course.stages:
+            self._console.print(f"{self._course.text(WRITING)} results")
 
 
 def best_text(value: BestValue) -> str:

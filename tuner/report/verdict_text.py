@@ -1,6 +1,7 @@
 """The verdict on a tuning run in sentences: objectives against the default, limits, terms that the search turned off."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from objectives.risk.differences import WORDS
 from tuner.documents.summary import ComparedRow, RequiredRow
@@ -78,3 +79,13 @@ def _uncertain_text(results: TuningFolder, limits: Sequence[ComparedRow | Requir
 def is_violated(row: ComparedRow | RequiredRow, value: float | None) -> bool:
     """Return True for a value beyond the limit of its row; null is infinite."""
     return row.limit is not None and verdict_on_limit(value, row.limit, row.sense) == BROKEN
+
+
+def beside_limit(value: float, row: Any, digits: int = 3) -> str:
+    """Return a limited value, rounded without crossing its row's limit.
+
+    digits: significant ones where they suffice.
+    """
+    verdict = is_violated(row, value)
+    texts = [f"{value:.{count}g}" for count in (digits, 6, 9, 17)]
+    return next(text for text in texts if is_violated(row, float(text)) == verdict)

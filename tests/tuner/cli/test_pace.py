@@ -143,7 +143,16 @@ def test_the_bar_of_a_run_never_walks_back_and_says_the_stage(clock):
     assert shown == sorted(shown) and shown[-1] <= 1.0
     watcher.on_writing("figures")
     (task,) = watcher._progress.tasks
-    assert task.description == "Stage 4 of 4: writing figures"
+    assert task.description == "Stage 4 of 4: Writing figures"
+
+
+def test_a_log_file_names_the_last_stage_once(clock):
+    printed = io.StringIO()
+    watcher = TerminalWatcher(Console(file=printed, width=200))
+    watcher.on_plan(PLAN)
+    for part in ("responses", "report", "figures"):
+        watcher.on_writing(part)
+    assert printed.getvalue().splitlines() == ["Stage 4 of 4: Writing results"]
 
 
 def test_the_best_feasible_value_stands_beside_the_defaults(clock):

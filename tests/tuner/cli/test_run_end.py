@@ -14,8 +14,9 @@ from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.printers.tuning import print_tuning
 from tuner.cli.terminal import Console
 from tuner.documents.summary import RequiredRow
+from tuner.experiments.planning.study_preview import DefaultRow
 from tuner.report.labels import plain_label, plain_margin, plain_metric
-from tuner.report.verdict_text import verdict_text
+from tuner.report.verdict_text import beside_limit, verdict_text
 from tuner.text.numbers import significant
 
 MAX_LINES = 35
@@ -176,3 +177,21 @@ def test_runs_with_many_objectives_and_scenarios_end_alike(tmp_path, capsys):
     folder = fabricate(tmp_path / "made-up", 5, ("gusts", "calm air"))
     text = printed(TuningResults(folder), capsys)
     assert "in " in text.splitlines()[0] and "Why " in text
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "sense", "text"),
+    [
+        (34.96, 35.0, "min", "34.96"),
+        (34.999_999_7, 35.0, "min", "34.9999997"),
+        (35.04, 35.0, "min", "35"),
+        (2.001, 2.0, "max", "2.001"),
+        (1.999, 2.0, "max", "2"),
+        (1.234_56, 2.0, "max", "1.23"),
+    ],
+)
+def test_a_value_beyond_its_limit_never_reads_as_the_limit(value, limit, sense, text):
+    row = DefaultRow(
+        label="phase margin", loop="roll", value=value, unit="", sense=sense, limit=limit, hard=True, kept=False
+    )
+    assert beside_limit(value, row) == text

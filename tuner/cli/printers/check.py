@@ -11,6 +11,7 @@ from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
 from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
+from tuner.report.verdict_text import beside_limit
 from tuner.search.names import CONVERGED
 from tuner.text.sentences import counted
 
@@ -197,7 +198,7 @@ def default_table(rows: list[DefaultRow]) -> TerminalTable:
 def _cell(row: DefaultRow | None) -> str:
     if row is None:
         return ""
-    value = "no bound" if row.value is None else f"{row.value:.3g}"
+    value = "no bound" if row.value is None else beside_limit(row.value, row)
     return value if row.is_satisfied else f"{value} {'!' if row.hard else '~'}"
 
 

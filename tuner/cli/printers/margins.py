@@ -15,6 +15,7 @@ from tuner.documents.parts import in_shown_units
 from tuner.documents.states import WORST_MARK, by_quantity, state_table
 from tuner.documents.summary import RequiredRow
 from tuner.report.labels import time_unit
+from tuner.report.verdict_text import beside_limit
 
 if TYPE_CHECKING:
     from tuner.api.designing import Design
@@ -156,7 +157,7 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     for row in map(in_shown_units, rows):
         verdict = "satisfied" if row.is_satisfied else "VIOLATED" if row.hard else "missed"
         infinite = "inf" if row.quantity is None else QUANTITIES[row.quantity].infinite_text("inf")
-        value = infinite if row.value is None else f"{row.value:.4g}"
+        value = infinite if row.value is None else beside_limit(row.value, row, 4)
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
 

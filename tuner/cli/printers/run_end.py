@@ -13,7 +13,7 @@ from tuner.documents.summary import ComparedRow, RequiredRow, UnseenLosses
 from tuner.documents.tuning import SHOWN
 from tuner.documents.verdicts import SATISFIED
 from tuner.report.labels import named
-from tuner.report.verdict_text import is_violated
+from tuner.report.verdict_text import beside_limit, is_violated
 from tuner.text.numbers import significant
 from tuner.text.sentences import listing
 from tuner.text.units import in_degrees
@@ -153,8 +153,7 @@ def limited(row: ComparedRow | RequiredRow, entry: Estimate) -> str:
     """Return a limited value, rounded without crossing its limit."""
     if entry.value is None or entry.low is not None:
         return middle(entry)
-    text = f"{entry.value:.3g}"
-    return text if is_violated(row, float(text)) == is_violated(row, entry.value) else f"{entry.value:.6g}"
+    return beside_limit(entry.value, row)
 
 
 def marked(cells: Sequence[tuple[ComparedRow | RequiredRow, Estimate]]) -> list[Text]:
