@@ -18,19 +18,23 @@ from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, gains_of, gains_of_plant
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
+from tuner.documents.comparison_document import BoundRow
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit, in_shown_units
+from tuner.experiments.tuning.bounds import on_bounds
+from tuner.experiments.tuning.guards.after import gains_on_bounds
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.extension import find
 from tuner.gains import Controller
 from tuner.gains.quantities import quantity
 from tuner.gains.sections import Row
+from tuner.report.verdict_text import beside_limit
 from tuner.search.watcher import Watcher, default_watcher
 from tuner.store.document import DocumentPart, taken
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import holds_place
-from tuner.text.numbers import significant
+from tuner.text.numbers import MISSING
 from tuner.text.sentences import bound_text, listing
 from tuner.text.toml_text import shown as toml
 from tuner.text.units import after_number
@@ -181,8 +185,8 @@ def design_quadrotor(study: Study) -> Design:
     controllers = {"default": study.controller(study.default_row), "design": study.controller(row)}
     margins = {name: margins_in(study, controller) for name, controller in controllers.items()}
     gains = gains_of(controllers["design"], provenance_of(study, axes))
-    default, warnings = gains_of(controllers["default"], {}), [*without_design(designs), *differing(study, row)]
-    return Design(gains, default, axes, margins, warnings)
+    warnings = [*without_design(designs), *differing(study, row), *gains_on_bounds(bounds_within(study, row))]
+    return Design(gains, gains_of(controllers["default"], {}), axes, margins, warnings)
 
 
 def design_plant(study: PlantStudy) -> Design:
@@ -222,8 +226,28 @@ def designed(study: PlantStudy, proposal: Proposal) -> Design:
     gains = {"default": gains_of_plant(study, default), "design": gains_of_plant(study, row)}
     limits = study if study.table.margin else None
     margins = {name: each.judge_margins(Trim(), limits, False)[1] for name, each in gains.items()}
-    warnings = [*lacking, *proposal.notes, *beyond_limits(margins["design"] if limits else None)]
+    at_ends = gains_on_bounds(bounds_within(study, row))
+    warnings = [*lacking, *proposal.notes, *beyond_limits(margins["design"] if limits else None), *at_ends]
     return Design(gains["design"], gains["default"], loops, margins, warnings, gains_table(study, row))
+
+
+def bounds_within(study: TuningStudy, row: np.ndarray) -> list[BoundRow]:
+    """Return the designed gains at an end of their range.
+
+    A gain beyond an end, such as an integral gain of 0 below a logarithmic range, was not stopped by it.
+    """
+    columns = [entry[0] for entry in study.space.columns]
+    changed = {
+        variable.name
+        for variable, column in zip(study.space.variables, columns, strict=True)
+        if row[column] != study.default_row[column]
+    }
+    return [
+        entry
+        for entry in on_bounds(study, row, np.empty((0, len(row))))
+        if entry.variable in changed
+        and (entry.value >= entry.bound if entry.end == "low" else entry.value <= entry.bound)
+    ]
 
 
 def beyond_limits(margins: MarginsDocument | None) -> list[str]:
@@ -232,7 +256,8 @@ def beyond_limits(margins: MarginsDocument | None) -> list[str]:
     if not rows:
         return []
     texts = [
-        f"{row.label} is {significant(row.value, 3)}{after_number(row.unit)}, {bound_text(row.limit, row.sense)}"
+        f"{row.label} is {MISSING if row.value is None else beside_limit(row.value, row)}{after_number(row.unit)}, "
+        f"{bound_text(row.limit, row.sense)}"
         for row in rows
     ]
     return [

@@ -60,6 +60,13 @@ def test_the_table_that_is_printed_makes_the_design_the_default_of_the_study(des
     )
 
 
+def test_a_designed_gain_at_the_end_of_its_range_is_named(designed):
+    assert designed.gains["angle.ki"] == pytest.approx(200.0)
+    assert designed.warnings == [
+        "angle.ki = 200 is at the high end of its range, 200. Widen the range there if the vehicle allows."
+    ]
+
+
 def test_the_command_prints_it_and_another_law_is_said(tmp_path):
     told = CliRunner().invoke(
         app, ["design", str(MOTOR.with_name("two_masses.toml")), "--out", str(tmp_path / "g.json"), "--json"]
