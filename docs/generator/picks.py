@@ -31,7 +31,7 @@ class Panel(NamedTuple):
 PANELS = (
     Panel("1. Points are better in everything:\nthe knee of these", (1.6, 1.6), True),
     Panel("2. The default is on the front:\nit is kept, points are offered", (1.0, 1.0), True),
-    Panel("3. The default breaks a limit, nothing\nis better in everything: the smallest loss", (0.8, 1.1), False),
+    Panel("3. The default breaks a limit, nothing\nis better in everything: small losses", (0.8, 1.1), False),
     Panel(
         "4. A default that hardly acts and breaks a limit:\nthe whole front",
         (4.1, 0.085),

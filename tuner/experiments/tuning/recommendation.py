@@ -2,10 +2,10 @@
 
 A default is what an engineer has. If points are better than it in every objective, by a relevant share in one, only they are
 eligible; where none is and the default keeps the limits, it stays. One that breaks a limit makes way for a point that loses less
-than a relevant share in an objective, too, and then for the one that loses least. A default that is among the worst of a first
-generation in some objectives, and breaks a limit or is far behind the front, is good in the others because of that: the pick rule
-then has the whole front, unless a point that is better in everything halves what the default is worst in. So a point that is
-worse than the default by a relevant share moves no pick, unless it loses least or the whole front is eligible.
+than a relevant share in an objective, too, and then for those that hardly lose more than the front must. A default that is among
+the worst of a first generation in some objectives, and breaks a limit or is far behind the front, is good in the others because
+of that: the pick rule then has the whole front, unless a point that is better in everything halves what the default is worst in.
+So a point with large losses moves no pick, unless the whole front is eligible.
 """
 
 from collections.abc import Sequence
@@ -27,6 +27,8 @@ WORST = 0.9
 HALVED = 0.5
 """Ratio to the default in each objective in which it is among the worst up to which a point mends it: a motor's whole front has
 0.15 or less of the default's travel, and a satellite that never settles has 0.8 of its time for less effort."""
+SMALL_LOSS = 0.2
+"""Share of the default's value by which a point may lose more in an objective than the front's smallest loss and is eligible."""
 EVERYWHERE = "better on held-out flights than the default in every objective"
 
 
@@ -116,7 +118,7 @@ def alternatives(
             better,
             f"better than the default by {100.0 * default.relevant:g} % in an objective, without losing as much in another",
         )
-    return nearest(values, front) if weighs_all else (front, "")
+    return with_small_losses(values, front) if weighs_all else (front, "")
 
 
 def is_improvement(values: np.ndarray, default: np.ndarray, relevant: float = RELEVANT) -> np.ndarray:
@@ -128,17 +130,17 @@ def is_improvement(values: np.ndarray, default: np.ndarray, relevant: float = RE
     return np.any(values < default - step, axis=1) & np.all(values <= default + step, axis=1)
 
 
-def nearest(values: np.ndarray, front: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return the row of a front (k,) with the smallest loss, and words.
+def with_small_losses(values: np.ndarray, front: np.ndarray) -> tuple[np.ndarray, str]:
+    """Return the rows of a front (k,) with small losses, and words.
 
     A loss is relative to the default's value, and the largest of a row counts. The knee of a greenhouse's front had twice the
-    error of a default whose overshoot was 18 % where 15 % are allowed.
+    error of a default whose overshoot was 18 % where 15 % are allowed. The smallest loss alone is blind to gains of other points.
     """
     scale = np.maximum(np.abs(values[0]), np.finfo(float).eps)
     losses = np.max((values[front] - values[0]) / scale, axis=1)
-    least = first_smallest(losses, scale=1.0)
-    most = significant(100.0 * max(losses[least], 0.0), 2)
-    return front[[least]], f"at most {most} % worse in an objective than the default, which breaks a limit"
+    most = max(losses.min(), 0.0) + SMALL_LOSS
+    words = f"at most {significant(100.0 * most, 2)} % worse in an objective than the default, which breaks a limit"
+    return front[losses <= most], words
 
 
 def is_mended(values: np.ndarray, default: np.ndarray, worst: np.ndarray) -> bool:
