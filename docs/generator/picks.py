@@ -24,18 +24,27 @@ class Panel(NamedTuple):
     title: str
     default: tuple[float, float]
     keeps: bool
-    is_worst: bool
+    worst: tuple[bool, bool] = (False, False)
     exponent: float = 1.0
 
 
 PANELS = (
-    Panel("1. Points are better in everything:\nthe knee of these", (1.6, 1.6), True, False),
-    Panel("2. The default is on the front:\nit is kept, points are offered", (1.0, 1.0), True, False),
-    Panel("3. The default breaks a limit, nothing\nis better in everything: the whole front", (0.8, 1.1), False, False),
+    Panel("1. Points are better in everything:\nthe knee of these", (1.6, 1.6), True),
+    Panel("2. The default is on the front:\nit is kept, points are offered", (1.0, 1.0), True),
+    Panel("3. The default breaks a limit, nothing\nis better in everything: small losses", (0.8, 1.1), False),
     Panel(
-        "4. A default that hardly acts and breaks a limit:\nthe whole front", (4.1, 0.085), False, True, exponent=2.0
+        "4. A default that hardly acts and breaks a limit:\nthe whole front",
+        (4.1, 0.085),
+        False,
+        (True, False),
+        exponent=2.0,
     ),
-    Panel("5. A default that shakes and breaks a limit:\nbetter in everything is enough", (1.2, 3.0), False, True),
+    Panel(
+        "5. A default that shakes and breaks a limit:\nhalf of that for less error is enough",
+        (1.2, 3.0),
+        False,
+        (False, True),
+    ),
 )
 
 
@@ -49,7 +58,7 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     error = np.geomspace(0.5, 4.0, 15)
     values = np.vstack([panel.default, np.stack([error, error**-panel.exponent], axis=1)])
     rows = 1 + np.flatnonzero(non_dominated(values[1:]))
-    default, names = Default(panel.keeps, panel.is_worst), [str(row) for row in range(len(values))]
+    default, names = Default(panel.keeps, np.array(panel.worst)), [str(row) for row in range(len(values))]
     excess = np.zeros((len(values), 1))
     among, _ = alternatives(values, default, rows)
     chosen = choose_finalist(study_of(LABELS), values, default, rows, excess, names).row
@@ -72,7 +81,12 @@ def draw_limit(axes: Axes) -> None:
     rows = 1 + np.flatnonzero(within)
     best = rows[non_dominated(values[rows])]
     names = [str(row) for row in range(len(values))]
-    chosen = choose_finalist(study_of(LABELS[:1]), values, Default(False, False), best, excess[:, None], names).row - 1
+    chosen = (
+        choose_finalist(
+            study_of(LABELS[:1]), values, Default(False, np.zeros(1, dtype=bool)), best, excess[:, None], names
+        ).row
+        - 1
+    )
     for mask, color, label in ((within, BLUE, "keeps the limit"), (~within, GRAY, "does not")):
         axes.errorbar(overshoot[mask], error[mask], xerr=half, fmt="o", markersize=4, color=color, label=label)
     axes.scatter(overshoot[chosen], error[chosen], s=170, facecolors="none", edgecolors=ORANGE, linewidths=2.2)

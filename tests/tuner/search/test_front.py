@@ -80,3 +80,19 @@ def test_a_front_that_is_bent_outwards_on_its_logarithms_has_its_knee_on_the_nat
     error = np.geomspace(1.0, 100.0, 9)
     outward = np.stack([error, np.exp(-np.square(np.log(error)) / 4.0)], axis=1)
     assert 0 < knee(outward) < 8
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+def test_a_few_points_more_or_less_move_the_knee_by_a_factor_of_10_at_most(noise):
+    """One of a power law on logarithms rests on noise alone: one point beyond an end moved it by a factor of 4,000."""
+    draw = np.random.default_rng(43)
+    for _ in range(300):
+        error = np.exp(draw.uniform(0.0, np.log(draw.uniform(3.0, 1000.0)), 30))
+        front = np.column_stack([error, error ** -draw.uniform(0.5, 2.0)]) * np.exp(draw.normal(0.0, noise, (30, 2)))
+        front = front[non_dominated(front)]
+        point = front[knee(front)]
+        beyond = [front[:, 0].max() * draw.uniform(1.0, 2.0), front[:, 1].min() * 0.9]
+        fewer = front[draw.permutation(len(front))[3:]]
+        for changed in (np.vstack([front, beyond]), fewer):
+            moved = changed[knee(changed)] / point
+            assert np.all((moved > 0.1) & (moved < 10.0))

@@ -34,7 +34,7 @@ from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.recommendation import is_among_worst
+from tuner.experiments.tuning.recommendation import worst_objectives
 from tuner.experiments.tuning.survivors import Survivors, flown_through, survivors_of
 from tuner.experiments.tuning.validation import Validated, Validation
 from tuner.search.loop import Archive, Generation, archive, point_name
@@ -112,14 +112,14 @@ def validate(
     Further ones keep the limits by the flights of those before.
     """
     seen, grown = concatenate_evaluations([entry.evaluation for entry in generations]), grown_study(study, generations)
-    is_worst = is_among_worst(generations[0].evaluation)
+    worst = worst_objectives(generations[0].evaluation)
     rounds = 0
     while True:
         gains = finalist_gains(problem, study, tried, candidates)
         names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
         tails = finalist_limits(problem, study, gains, watcher)
         estimates = survivors.seen([0, *candidates.tolist()])
-        validated = Validation(problem, study, gains, names, estimates, is_worst, watcher, tails).conclude()
+        validated = Validation(problem, study, gains, names, estimates, worst, watcher, tails).conclude()
         # Trials of another program and estimates of rare events take too long to be made by the way.
         is_last = rounds == MAX_ROUNDS or tails is not None or not isinstance(problem, Problem)
         further = candidates[:0] if is_last else further_finalists(seen, study, candidates, validated)

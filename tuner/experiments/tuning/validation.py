@@ -64,7 +64,7 @@ class Validated:
 class Validation:
     """Validates finalists, gains (rows, g) with the default first; names: of the rows, seen: each in the search.
 
-    is_worst: whether the default is among the worst of all that was tried in an objective.
+    worst: mask (m,) of the objectives in which the default is among the worst of all that was tried.
     """
 
     def __init__(
@@ -74,12 +74,12 @@ class Validation:
         gains: np.ndarray,
         names: Sequence[str],
         seen: list[SearchEstimate],
-        is_worst: bool,
+        worst: np.ndarray,
         watcher: Watcher,
         tails: FinalistLimits | None = None,
     ) -> None:
         self.problem, self.study, self.gains, self.names = problem, study, gains, names
-        self._seen, self._tails, self._say, self._is_worst = seen, tails, watcher.on_flights_done, is_worst
+        self._seen, self._tails, self._say, self._worst = seen, tails, watcher.on_flights_done, worst
         self._flown, self._confirmed = batches(study, HELD_OUT), batches(study, CONFIRMATION)
         self._limits = LimitFlights(problem, gains, self._flown, study.seed, self._say, study.table.relevant)
         self._struck = np.zeros((len(gains), len(problem.constraints)))
@@ -87,7 +87,7 @@ class Validation:
 
     def conclude(self) -> Validated:
         """Fly the finalists, pick one and confirm it; one that confirmation flights refute makes way for the next."""
-        choose = partial(best_row, self.study, self._is_worst)
+        choose = partial(best_row, self.study, self._worst)
         finals = Finals(self.problem, self.gains, self._flown, choose, self.study.seed, self._say)
         flown, validated = self._judged(finals, finals.fly())
         first = validated
@@ -191,7 +191,7 @@ class Validation:
         values, rows = finalists.evaluation.values, 1 + np.flatnonzero(feasible[1:])
         same = np.array_equal(feasible, finalists.feasible)
         front = np.flatnonzero(finalists.non_dominated) if same else rows[non_dominated(values[rows])]
-        default = Default(bool(feasible[0]), self._is_worst, self.study.table.relevant)
+        default = Default(bool(feasible[0]), self._worst, self.study.table.relevant)
         excess = relative_excess(self.problem.constraints, finalists.excess)
         return choose_finalist(self.study, values, default, front, excess, self.names)
 
