@@ -205,8 +205,10 @@ def condition(upper: Array, half: Array, scaled: Array, others: Array, keep: boo
             fill_correlations(part[i], scaled[i], across, 0)
         substitute(part, upper)
         add_moments(part, half, mean[first:end], share[first:end])
-        if keep:
-            explained[:, first:end] = part
+        for i in range(n if keep else 0):
+            # Not an assignment of the block, which takes numba 4 s to compile.
+            for j in range(np.uintp(end - first)):
+                explained[i, first + j] = part[i, j]
     return mean, share, explained
 
 
