@@ -71,11 +71,11 @@ def fit_hyperparameters(points: Array, targets: Array, start: Hyperparameters | 
         return negative_log_posterior(logs, subset, targets)
 
     if start is None:
-        return Hyperparameters(minimize_bfgs(function, first.logs, low, high, MAX_FIRST_EVALUATIONS))
+        return Hyperparameters(minimize_bfgs(function, first.logs, low, high, MAX_FIRST_EVALUATIONS)[0])
     # An earlier optimum of few points may be a local one: the prior's mean is a second start.
     starts = (start, Hyperparameters.prior(points.shape[1]))
     optima = [minimize_bfgs(function, entry.logs, low, high, MAX_EVALUATIONS) for entry in starts]
-    return Hyperparameters(min(optima, key=lambda logs: function(logs)[0]))
+    return Hyperparameters(min(optima, key=lambda optimum: optimum[1])[0])
 
 
 def fit_data(points: Array, targets: Array) -> tuple[Array, Array, float]:
@@ -93,11 +93,11 @@ def mean_log_density(points: Array, targets: Array, hyperparameters: Hyperparame
 
 def minimize_bfgs(
     function: Callable[[Array], tuple[float, Array]], start: Array, low: Array, high: Array, evaluations: int
-) -> Array:
-    """Return a local minimizer (k,) of a function between bounds: projected BFGS.
+) -> tuple[Array, float]:
+    """Return a local minimizer (k,) of a function, and its value.
 
-    J. Nocedal, S. J. Wright, "Numerical Optimization", Springer 2006, chapter 6; steps end at the bounds. A library's takes, at
-    this size, longer than the likelihood that it minimizes.
+    Projected BFGS between bounds: J. Nocedal, S. J. Wright, "Numerical Optimization", Springer 2006, chapter 6; steps end at the
+    bounds. A library's takes, at this size, longer than the likelihood that it minimizes.
 
     Args:
         function: returns value and gradient (k,) at a point (k,).
@@ -126,7 +126,7 @@ def minimize_bfgs(
         if decrease < TOLERANCE:
             break
         inverse_hessian = bfgs_update(inverse_hessian, step, gradient_change)
-    return at
+    return at, value
 
 
 def bfgs_update(inverse_hessian: Array, step: Array, gradient_change: Array) -> Array:

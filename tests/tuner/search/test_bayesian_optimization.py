@@ -115,11 +115,12 @@ def test_fitted_length_scales_tell_what_matters(data):
 def test_minimised_finds_what_scipy_finds(data):
     low, high = np.array([-3.0, -3.0, -3.0, -13.0]), np.array([3.0, 3.0, 3.0, -2.0])
     start = Hyperparameters.prior(3).logs
-    found = minimize_bfgs(lambda logs: negative_log_posterior(logs, *data), start, low, high, 200)
+    found, value = minimize_bfgs(lambda logs: negative_log_posterior(logs, *data), start, low, high, 200)
     bounds = list(zip(low, high, strict=True))
     exact = minimize(negative_log_posterior, start, data, jac=True, method="L-BFGS-B", bounds=bounds)
     # It stops where a step gains less than 1e-5, which is a thousandth of a length scale or so.
     assert negative_log_posterior(found, *data)[0] == pytest.approx(exact.fun, abs=1e-3)
+    assert value == negative_log_posterior(found, *data)[0]
     assert np.all((found >= low) & (found <= high))
 
 
