@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from objectives.risk.measures import Interval, Risk
 from objectives.risk.studentised import MeasuredRisk, Resampled, difference, ends, measured, standard_error
 
-BLOCK = 2_000_000
-"""Numbers held at once while resampling, 16 MB; the resampled scenario indices come on top with replicates * n."""
+BLOCK = 65_536
+"""Numbers held at once while resampling: 0.5 MB stay in the nearer caches, which takes half the time of 16 MB."""
 
 Values = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -54,22 +54,28 @@ def mean_improvement(samples: Array, directions: Array, best: Array) -> Array:
         directions: unit vectors (l, m) of the scalarizations.
         best: largest scalarizations (s, l) of the front in each sample.
     """
-    sums = np.zeros(samples.shape[1])
-    inverse = 1.0 / directions
-    for s in range(samples.shape[0]):
-        for p in range(samples.shape[1]):
+    n_samples, n_points, n_objectives = samples.shape
+    # Short loops over all directions become SIMD code, which takes half the time of one loop with others inside.
+    sums, inverse = np.zeros(n_points), (1.0 / directions).T.copy()
+    lengths, powers, along = np.empty(len(directions)), np.empty(len(directions)), range(np.uintp(len(directions)))
+    for s in range(n_samples):
+        for p in range(n_points):
+            for i in along:
+                lengths[i] = samples[s, p, 0] * inverse[0, i]
+            for j in range(1, n_objectives):
+                for i in along:
+                    lengths[i] = min(lengths[i], samples[s, p, j] * inverse[j, i])
+            for i in along:
+                lengths[i] = max(lengths[i], 0.0)
+                powers[i] = lengths[i]
+            for _ in range(1, n_objectives):
+                for i in along:
+                    powers[i] *= lengths[i]
             total = 0.0
-            for i in range(len(directions)):
-                length = samples[s, p, 0] * inverse[i, 0]
-                for j in range(1, samples.shape[2]):
-                    length = min(length, samples[s, p, j] * inverse[i, j])
-                length = max(length, 0.0)
-                power = length
-                for _ in range(1, samples.shape[2]):
-                    power *= length
-                total += max(power - best[s, i], 0.0)
+            for i in along:
+                total += max(powers[i] - best[s, i], 0.0)
             sums[p] += total
-    return sums / (samples.shape[0] * len(directions))
+    return sums / (n_samples * len(directions))
 
 
 class ReferenceBox:

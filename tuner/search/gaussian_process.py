@@ -27,8 +27,6 @@ MAX_FIT_POINTS, MAX_FIRST_EVALUATIONS, MAX_EVALUATIONS = 128, 60, 20
 MAX_STEP, TOLERANCE = 1.5, 1e-5
 # Share of the variance added on the diagonal of joint samples: points of a pool may nearly coincide.
 NUGGET = 1e-7
-# Points of a posterior at a time: 250 rows of them stay in the nearer caches, and 4096 points take a third of the time.
-N_COLUMNS = 512
 
 
 class Hyperparameters:
@@ -73,11 +71,11 @@ def fit_hyperparameters(points: Array, targets: Array, start: Hyperparameters | 
         return negative_log_posterior(logs, subset, targets)
 
     if start is None:
-        return Hyperparameters(minimize_bfgs(function, first.logs, low, high, MAX_FIRST_EVALUATIONS))
+        return Hyperparameters(minimize_bfgs(function, first.logs, low, high, MAX_FIRST_EVALUATIONS)[0])
     # An earlier optimum of few points may be a local one: the prior's mean is a second start.
     starts = (start, Hyperparameters.prior(points.shape[1]))
     optima = [minimize_bfgs(function, entry.logs, low, high, MAX_EVALUATIONS) for entry in starts]
-    return Hyperparameters(min(optima, key=lambda logs: function(logs)[0]))
+    return Hyperparameters(min(optima, key=lambda optimum: optimum[1])[0])
 
 
 def fit_data(points: Array, targets: Array) -> tuple[Array, Array, float]:
@@ -95,11 +93,11 @@ def mean_log_density(points: Array, targets: Array, hyperparameters: Hyperparame
 
 def minimize_bfgs(
     function: Callable[[Array], tuple[float, Array]], start: Array, low: Array, high: Array, evaluations: int
-) -> Array:
-    """Return a local minimizer (k,) of a function between bounds: projected BFGS.
+) -> tuple[Array, float]:
+    """Return a local minimizer (k,) of a function, and its value.
 
-    J. Nocedal, S. J. Wright, "Numerical Optimization", Springer 2006, chapter 6; steps end at the bounds. A library's takes, at
-    this size, longer than the likelihood that it minimizes.
+    Projected BFGS between bounds: J. Nocedal, S. J. Wright, "Numerical Optimization", Springer 2006, chapter 6; steps end at the
+    bounds. A library's takes, at this size, longer than the likelihood that it minimizes.
 
     Args:
         function: returns value and gradient (k,) at a point (k,).
@@ -128,7 +126,7 @@ def minimize_bfgs(
         if decrease < TOLERANCE:
             break
         inverse_hessian = bfgs_update(inverse_hessian, step, gradient_change)
-    return at
+    return at, value
 
 
 def bfgs_update(inverse_hessian: Array, step: Array, gradient_change: Array) -> Array:
@@ -159,30 +157,38 @@ class GaussianProcess:
         # The most likely variance, bounded from below by a millionth of that of the targets.
         self._variance = self._std**2 * max(float(np.square(self._half).mean()), 1e-6)
 
-    def posterior(self, points: Array) -> "Posterior":
-        """Return the posterior at points (p, d)."""
-        scaled = points * self._hyperparameters.scales
-        parts = [scaled[first : first + N_COLUMNS] for first in range(0, max(len(scaled), 1), N_COLUMNS)]
-        explained = np.hstack([self._solve(part) for part in parts])
-        mean = self._mean + self._std * (explained * self._half[:, None]).sum(axis=0)
-        return Posterior(mean, self._variance, explained, scaled)
+    def posterior(self, points: Array, jointly: bool = False) -> "Posterior":
+        """Return the posterior at points (p, d).
 
-    def _solve(self, scaled: Array) -> Array:
-        """Return the solution (n, p) for points (p, d) in length scales."""
-        return covariance.solve_triangular(self._upper, covariance.correlations(self._scaled, scaled))
+        jointly: whether it has joint samples.
+        """
+        scaled = points * self._hyperparameters.scales
+        mean, share, explained = covariance.condition(self._upper, self._half, self._scaled, scaled, jointly)
+        return Posterior(self._mean + self._std * mean, self._variance, share, (scaled, explained) if jointly else None)
 
 
 class Posterior:
-    """Joint normal distribution of a quantity at some points. mean, std (p,): of each by itself."""
+    """Normal distribution of a quantity at some points.
 
-    def __init__(self, mean: Array, variance: float, explained: Array, scaled: Array) -> None:
+    mean, std (p,): of each point by itself.
+
+    Args:
+        mean: mean (p,).
+        variance: variance where nothing is known.
+        share: explained share of it (p,).
+        joint: the points (p, d) in length scales, and what explains them (n, p); None where it has no joint
+            samples.
+    """
+
+    def __init__(self, mean: Array, variance: float, share: Array, joint: tuple[Array, Array] | None) -> None:
         self.mean = mean
-        self._root, self._explained, self._scaled = sqrt(variance), explained, scaled
-        self.std = self._root * np.sqrt(np.maximum(1.0 - np.square(explained).sum(axis=0), NUGGET))
+        self._root, self._joint = sqrt(variance), joint
+        self.std = self._root * np.sqrt(np.maximum(1.0 - share, NUGGET))
 
     def samples(self, normals: Array) -> Array:
         """Return joint samples (s, p) made of independent standard normal numbers (s, p)."""
-        upper = covariance.cholesky_posterior(self._scaled, self._explained, NUGGET)
+        assert self._joint is not None, "they were requested"
+        upper = covariance.cholesky_posterior(*self._joint, NUGGET)
         return self.mean + self._root * covariance.sample_normal(upper, normals)
 
     def cdf(self, level: float) -> Array:

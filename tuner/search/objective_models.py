@@ -66,7 +66,7 @@ class ObjectiveModel:
 
         jointly: as one function made of normals (s, p); else each point by itself, of normals (s, 1).
         """
-        posterior = self._process.posterior(pool)
+        posterior = self._process.posterior(pool, jointly)
         logs = posterior.samples(normals) if jointly else posterior.mean + posterior.std * normals
         optimistic = posterior.mean - CONFIDENCE_BOUND * posterior.std
         return ObjectiveSample(self._value(logs), self._value(np.maximum(posterior.mean, 0.0)), optimistic)

@@ -26,7 +26,7 @@ from tuner.search.bayesian_optimization import (
 from tuner.search.covariance import (
     cholesky_correlation,
     cholesky_posterior,
-    correlations,
+    condition,
     likelihood,
     sample_normal,
     solve_triangular,
@@ -65,11 +65,10 @@ def data():
 def test_factors_and_solutions_are_those_of_numpy(data):
     points, others = data[0] * [1.0, 2.0, 3.0], np.random.default_rng(2).random((150, 3))
     correlation = matern(points, points) + 0.01 * np.eye(37)
-    upper = np.triu(cholesky_correlation(points, 0.01))
+    mirrored = cholesky_correlation(points, 0.01)
+    upper, cross = np.triu(mirrored), matern(points, others)
     np.testing.assert_allclose(upper.T @ upper, correlation, atol=1e-13)
-    cross = correlations(points, others)
-    np.testing.assert_allclose(cross, matern(points, others), atol=1e-14)
-    half = solve_triangular(upper, cross)
+    half = solve_triangular(mirrored, cross)
     np.testing.assert_allclose(upper.T @ half, cross, atol=1e-12)
     upper = cholesky_posterior(others, half, 0.02)
     rest = np.triu(upper)
@@ -116,18 +115,19 @@ def test_fitted_length_scales_tell_what_matters(data):
 def test_minimised_finds_what_scipy_finds(data):
     low, high = np.array([-3.0, -3.0, -3.0, -13.0]), np.array([3.0, 3.0, 3.0, -2.0])
     start = Hyperparameters.prior(3).logs
-    found = minimize_bfgs(lambda logs: negative_log_posterior(logs, *data), start, low, high, 200)
+    found, value = minimize_bfgs(lambda logs: negative_log_posterior(logs, *data), start, low, high, 200)
     bounds = list(zip(low, high, strict=True))
     exact = minimize(negative_log_posterior, start, data, jac=True, method="L-BFGS-B", bounds=bounds)
     # It stops where a step gains less than 1e-5, which is a thousandth of a length scale or so.
     assert negative_log_posterior(found, *data)[0] == pytest.approx(exact.fun, abs=1e-3)
+    assert value == negative_log_posterior(found, *data)[0]
     assert np.all((found >= low) & (found <= high))
 
 
 def test_a_surrogate_is_the_conditioned_normal_distribution(data):
     points, targets = data
     shape, others = Hyperparameters(np.array([0.5, -0.3, 0.1, -6.0])), np.random.default_rng(2).random((9, 3))
-    found = GaussianProcess(points, targets, shape).posterior(others)
+    found = GaussianProcess(points, targets, shape).posterior(others, jointly=True)
     centred, scale = targets - targets.mean(), shape.scales
     correlation = matern(points * scale, points * scale) + np.exp(-6.0) * np.eye(37)
     cross = matern(points * scale, others * scale)
@@ -140,14 +140,17 @@ def test_a_surrogate_is_the_conditioned_normal_distribution(data):
     np.testing.assert_allclose(found.cdf(1.0), norm.cdf(1.0, found.mean, found.std), rtol=1e-12)
 
 
-@pytest.mark.parametrize("count", [511, 513, 1100])
-def test_a_posterior_of_many_points_is_one_solution_to_the_bit(data, count):
-    points, targets = data
-    shape, others = Hyperparameters(np.array([0.5, -0.3, 0.1, -6.0])), np.random.default_rng(3).random((count, 3))
-    found = GaussianProcess(points, targets, shape).posterior(others)
-    upper = cholesky_correlation(points * shape.scales, shape.noise)
-    half = solve_triangular(upper, correlations(points * shape.scales, others * shape.scales))
-    assert np.array_equal(found._explained, half)
+@pytest.mark.parametrize(("known", "count"), [(37, 127), (36, 128), (35, 129), (3, 300), (2, 1)])
+def test_what_points_explain_is_a_solution_kept_or_not(data, known, count):
+    points, others = data[0][:known], np.random.default_rng(3).random((count, 3))
+    upper, factors = cholesky_correlation(points, 0.01), np.random.default_rng(4).standard_normal(known)
+    mean, share, explained = condition(upper, factors, points, others, True)
+    expected = np.linalg.solve(np.triu(upper).T, matern(points, others))
+    np.testing.assert_allclose(explained, expected, atol=1e-12)
+    np.testing.assert_allclose(mean, factors @ expected, atol=1e-11)
+    np.testing.assert_allclose(share, np.square(expected).sum(axis=0), atol=1e-12)
+    unkept = condition(upper, factors, points, others, False)
+    assert np.array_equal(unkept[0], mean) and np.array_equal(unkept[1], share) and not unkept[2].size
 
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4])
@@ -537,7 +540,10 @@ def test_the_probability_of_feasibility_is_the_product_over_constraints(data):
     pool[0] = points[np.argmin(targets)]
     constraints = [ConstraintModel(models[0], 0.6), ConstraintModel(models[1], 0.3)]
     normals = np.random.default_rng(5).standard_normal((2, 40_000, 6))
-    below = [limit.model.posterior(pool).samples(normals[i]) <= limit.threshold for i, limit in enumerate(constraints)]
+    below = [
+        limit.model.posterior(pool, jointly=True).samples(normals[i]) <= limit.threshold
+        for i, limit in enumerate(constraints)
+    ]
     # Standard error of a share of 40,000 samples: 0.0025 at most; four of them.
     shares = probability_of_feasibility(constraints, pool)
     np.testing.assert_allclose(shares, (below[0] & below[1]).mean(axis=0), atol=0.01)
