@@ -19,8 +19,8 @@ from tuner.search.loop import Generation, hypervolumes
 AIMS = (0.0, 0.25, 0.5)
 """Parts of an interval by which generations, one after the other, aim further inside, or further outside of a back-off."""
 GENERATIONS_PER_LAST = 8
-"""Generations of a search of one objective for each of its last ones: 3 of 26, which aim at the back-off alone. A hover came from
-6.9 % behind the best known to 2.6 % before it."""
+"""Generations of a search of one objective for each of its last ones: 3 of 26, which aim at the back-off alone. A hover's
+objective fell by 9 %, from 6.9 % behind the best known then to 2.6 % before it."""
 
 
 class LimitAim:
