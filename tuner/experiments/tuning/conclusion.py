@@ -143,11 +143,11 @@ def selected(
     """Return survivors, archive indices of finalists, and warnings."""
     watch = LimitWatch(problem, study, watcher.on_flights_done)
     seen, every = concatenate_evaluations([entry.evaluation for entry in generations]), np.arange(len(tried.points))
-    watch.measure(seen, tried.points, every)
+    watch.measure(seen, tried.points, every, is_late=True)
     back_off = watch.back_off(seen, every)
     survivors = survivors_of(problem, grown_study(study, generations), generations, watcher, back_off)
     # On all flights of the search other points stand at the limit.
-    watch.measure(survivors.evaluation, tried.points[survivors.candidates], survivors.candidates)
+    watch.measure(survivors.evaluation, tried.points[survivors.candidates], survivors.candidates, is_late=True)
     back_off = watch.back_off(survivors.evaluation, survivors.candidates)
     return survivors, *finalists_in_all_states(problem, survivors, tried, study, back_off)
 

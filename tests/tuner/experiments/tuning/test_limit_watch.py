@@ -10,15 +10,16 @@ from objectives.problem import Problem
 from plant.seeds import generator
 from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT, along_a_limit, evaluated
 from tuner.experiments.tuning.flight_growth import CHECK_EVERY
-from tuner.experiments.tuning.limit_aim import AIMS, LimitAim
-from tuner.experiments.tuning.limit_watch import MAX_WATCHED_POINTS, N_TIMES, LimitWatch, scales
+from tuner.experiments.tuning.limit_aim import AIMS, GENERATIONS_PER_LAST, LimitAim
+from tuner.experiments.tuning.limit_watch import MAX_WATCHED_POINTS, N_LATE_TIMES, N_TIMES, LimitWatch, scales
 from tuner.experiments.tuning.run import Recorded
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
-from tuner.search.loop import archive, search_generations
+from tuner.search.loop import archive, record_of, search_generations
 from tuner.search.registry import SEARCHES
 
 HELD_OUT = 64
+WITHOUT_LAST = StoppingRule(GENERATIONS_PER_LAST - 1)
 
 
 class Harsh(Problem):
@@ -34,9 +35,10 @@ class Harsh(Problem):
         return evaluated(np.ones(len(points)), self.times * points[:, 0], spread=self.spread, flights=N_TIMES * FLIGHTS)
 
 
-def watch_of(problem, population=8) -> LimitWatch:
+def watch_of(problem, population=8, budget=WITHOUT_LAST) -> LimitWatch:
     scenario = SimpleNamespace(spec=SimpleNamespace(name="gusts"), search=FLIGHTS, held_out=HELD_OUT)
-    study: Any = SimpleNamespace(seed=1, scenarios=(scenario,), search=SimpleNamespace(population=population))
+    search = SimpleNamespace(population=population, budget=budget)
+    study: Any = SimpleNamespace(seed=1, scenarios=(scenario,), search=search)
     return LimitWatch(problem, study)
 
 
@@ -134,7 +136,9 @@ def test_a_search_is_told_all_anew_where_the_aim_moves():
     seen = evaluated([1.0], [15.0])
     rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3, converges=True)
     heard, shifts = Heard(), [None, np.array([0.5]), None]
-    aim: Any = SimpleNamespace(addition=lambda done: shifts[len(done)], back_off=lambda done: None)
+    aim: Any = SimpleNamespace(
+        addition=lambda done: shifts[len(done)], back_off=lambda done: None, left=lambda done: None
+    )
     for _ in search_generations(heard, lambda _: seen, rule, aim=aim):
         pass
     assert [told[0, 0] for told in heard.told] == [0.0, 0.5, 0.0]
@@ -162,20 +166,23 @@ def quantity(points):
     return OVERSHOOT.most + STEEP * (1.0 - points @ SLOPE)
 
 
+def searched(name, first, budget, rule=None) -> list[Any]:
+    """Return the generations of a search with a budget, by a rule of its own if it is replayed."""
+    aim = LimitAim(watch_of(Milder(TIMES), population=len(first), budget=budget))
+    search = SEARCHES[name](first, 1, 1, 1)
+    *_, done = search_generations(
+        search, lambda points: evaluated(length(points), quantity(points)), rule or budget, aim=aim
+    )
+    return done
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[] if name == "gaussian_process" else pytest.mark.slow) for name in BUDGET]
 )
 def test_every_search_comes_near_the_best_that_keeps_the_limit_on_other_flights_than_its_own(name):
     """Nearest to 0 where the quantity of fresh flights is at the limit; the search's own flights would have it 27 % nearer."""
     first = initial_design(np.full((1, 4), 0.5), 26, generator(1, "test/milder", 0))
-    problem = Milder(TIMES)
-    aim = LimitAim(watch_of(problem, population=len(first)))
-    *_, done = search_generations(
-        SEARCHES[name](first, 1, 1, 1),
-        lambda points: evaluated(length(points), quantity(points)),
-        StoppingRule(BUDGET[name]),
-        aim=aim,
-    )
+    done = searched(name, first, StoppingRule(BUDGET[name]))
     tried = archive(done)
     keeps = TIMES * quantity(tried.points) <= OVERSHOOT.most
     # The limit divided by 1.2 is 12.5, at SLOPE . p = 7 / 6.
@@ -192,6 +199,18 @@ def test_points_that_follow_from_no_results_make_no_fresh_flights():
         aim = LimitAim(watch_of(problem, population=len(first)))
         *_, done = search_generations(search, lambda points: evaluated(length(points), quantity(points)), rule, aim=aim)
         assert len(done) == 12 and not problem.made
+
+
+def test_part_of_a_search_on_record_is_replayed_alike():
+    """Generations on record end a replay; where the last ones begin follows from the study's budget all the same."""
+    first, budget = initial_design(np.full((1, 4), 0.5), 8, generator(1, "test/milder", 0)), StoppingRule(40, True)
+    whole = searched("differential_evolution", first, budget)
+    assert 16 < len(whole) < budget.generations
+    for count in (len(whole) - 6, len(whole) - 3, len(whole)):
+        part = searched("differential_evolution", first, budget, StoppingRule(count))
+        assert len(part) == count
+        for mine, other in zip(part, whole, strict=False):
+            np.testing.assert_array_equal(mine.points, other.points)
 
 
 class Behind:
@@ -225,6 +244,56 @@ def test_a_search_has_converged_where_the_front_that_keeps_the_back_off_has(fact
     """
     scripted = Behind(factor)
     distance = None if back_off is None else np.array([back_off])
-    aim: Any = SimpleNamespace(addition=lambda done: None, back_off=lambda done: distance)
+    aim: Any = SimpleNamespace(addition=lambda done: None, back_off=lambda done: distance, left=lambda done: None)
     *_, done = search_generations(scripted, scripted.evaluate, StoppingRule(40, converges=True), aim=aim)
     assert len(done) == ends
+
+
+class Counted(Harsh):
+    """A problem that keeps the number of fresh flights of its points."""
+
+    def evaluate(self, points, batches, on_flights_done=None, fly_all: Any = False, complete=False):
+        (batch,) = batches
+        assert batch.start == FLIGHTS
+        self.made.append((len(points), batch.count - batch.start))
+        return evaluated(np.ones(len(points)), self.times * points[:, 0], flights=batch.count - batch.start)
+
+
+def still(seen, count) -> list[Any]:
+    """Generations of which none adds to the front."""
+    done: list[Any] = []
+    for _ in range(count):
+        done.append(record_of(done, points_of(seen), seen, 0.0))
+    return done
+
+
+@pytest.mark.parametrize(("converges", "begins"), [(False, 21), (True, 12)])
+def test_last_generations_aim_at_what_many_flights_of_one_point_say(converges, begins):
+    """A front that does not move has converged after 12 generations; 24 have room for 3 last ones."""
+    seen, problem = along_a_limit(), Counted(1.2)
+    aim = LimitAim(watch_of(problem, population=CHECK_EVERY, budget=StoppingRule(24, converges)))
+    left, shifts = [], []
+    for count in range(1, begins + 4):
+        done = still(seen, count)
+        left.append(aim.left(done))
+        shifts.append(aim.addition(done))
+    assert left == [None] * (begins - 1) + [3, 2, 1, 0]
+    flights = [made for points, made in problem.made if made > N_TIMES * FLIGHTS]
+    assert flights and set(flights) == {N_LATE_TIMES * HELD_OUT}
+    assert all(points == 1 for points, made in problem.made if made in flights)
+    # The interval of as many flights as are held out ends at the limit: 2.5 inside by value, and half of 0.2 more.
+    last = [float(shift[0]) for shift in shifts[begins - 1 :] if shift is not None]
+    assert np.ptp(last) < 0.1 and last[-1] == pytest.approx(2.6, abs=0.15)
+
+
+def test_models_of_the_last_generations_are_fitted_from_the_beginning():
+    """Where they begin at the fits of other aims, they stay there."""
+    seen, forgotten = evaluated([1.0], [15.0]), []
+    heard: Any = Heard()
+    heard.forget_fits = lambda: forgotten.append(len(heard.told))
+    left = [None, None, 2, 1, 0]
+    aim: Any = SimpleNamespace(
+        addition=lambda done: None, back_off=lambda done: None, left=lambda done: left[len(done)]
+    )
+    *_, done = search_generations(heard, lambda _: seen, StoppingRule(40), aim=aim)
+    assert len(done) == 4 and forgotten == [2, 3]
