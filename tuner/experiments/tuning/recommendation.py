@@ -29,8 +29,8 @@ HALVED = 0.5
 0.15 or less of the default's travel, and a satellite that never settles has 0.8 of its time for less effort."""
 SMALL_LOSS = 0.2
 """Share of the default's value by which a point may lose more in an objective than the front's smallest loss and is eligible."""
-LARGEST = 1e300
-"""Value that stands for an infinite one where a point is compared with the default."""
+MAX_VALUE = 1e300
+"""Largest value in comparisons with the default: an infinite value counts as this."""
 EVERYWHERE = "better on held-out flights than the default in every objective"
 
 
@@ -104,7 +104,7 @@ def alternatives(
     weighs_all: whether the pick rule weighs the objectives itself, and names none of them.
     """
     # Shares of an infinite value, of a default that is lost in most flights, are no numbers.
-    values = np.minimum(values, LARGEST)
+    values = np.minimum(values, MAX_VALUE)
     better = front[is_improvement(values[front], values[0], default.relevant)]
     everywhere = better[np.all(values[better] < values[0], axis=1)]
     # One that is among the worst in everything is good in nothing because of that.
