@@ -90,7 +90,8 @@ def found_by(
     given = Bank(problem, confidence, bank[rows], order[:-SEARCHED])
     gains, names = np.arange(len(rows), dtype=float)[:, None], [f"p{row}" for row in rows]
     own: Any = SimpleNamespace(seed=key, pick="knee", objectives=study.objectives, table=study.table)
-    validated = Validation(given, own, gains, names, seen, False, Watcher()).conclude()
+    worst = np.zeros(len(study.objectives), dtype=bool)
+    validated = Validation(given, own, gains, names, seen, worst, Watcher()).conclude()
     return rows, compare(given, validated.confirmation, key), validated
 
 

@@ -58,7 +58,7 @@ def made(errors, *limited, constraints=(OVERSHOOT,), spread=1.0) -> Made:
     return Made(scores, lost, *constraints)
 
 
-def validated(problem, monkeypatch, is_worst=False):
+def validated(problem, monkeypatch):
     rows = len(problem.scores[HELD_OUT])
 
     def batches(_, stream):
@@ -77,7 +77,7 @@ def validated(problem, monkeypatch, is_worst=False):
     seen = [SearchEstimate(row[:1, 0], row[:, :8], np.repeat("gusts", 8)) for row in problem.scores[HELD_OUT]]
     names = ["default", *[f"p{row}" for row in range(1, rows)]]
     gains = np.arange(rows, dtype=float)[:, None]
-    return Validation(problem, study, gains, names, seen, is_worst, Watcher()).conclude()
+    return Validation(problem, study, gains, names, seen, np.zeros(1, dtype=bool), Watcher()).conclude()
 
 
 def test_who_straddles_the_limit_flies_on_and_the_best_that_keeps_it_is_recommended(monkeypatch):
