@@ -56,7 +56,7 @@ def family(key, common):
 
 def flown(scores, lost, limited, early):
     """Finalists with or without early ends, the row that is recommended, and their problem."""
-    problem, choose = Family(scores, lost, limited), partial(best_row, STUDY, False)
+    problem, choose = Family(scores, lost, limited), partial(best_row, STUDY, np.zeros(2, dtype=bool))
     batch: Any = FlightBatch(SimpleNamespace(name="gusts"), "held-out", FLIGHTS)  # pyright: ignore[reportArgumentType]
     finals = Finals(problem, np.arange(len(scores), dtype=float)[:, None], (batch,), choose, 1)
     everyone = np.arange(len(scores))
