@@ -81,12 +81,8 @@ def draw_limit(axes: Axes) -> None:
     rows = 1 + np.flatnonzero(within)
     best = rows[non_dominated(values[rows])]
     names = [str(row) for row in range(len(values))]
-    chosen = (
-        choose_finalist(
-            study_of(LABELS[:1]), values, Default(False, np.zeros(1, dtype=bool)), best, excess[:, None], names
-        ).row
-        - 1
-    )
+    default = Default(False, np.zeros(1, dtype=bool))
+    chosen = choose_finalist(study_of(LABELS[:1]), values, default, best, excess[:, None], names).row - 1
     for mask, color, label in ((within, BLUE, "keeps the limit"), (~within, GRAY, "does not")):
         axes.errorbar(overshoot[mask], error[mask], xerr=half, fmt="o", markersize=4, color=color, label=label)
     axes.scatter(overshoot[chosen], error[chosen], s=170, facecolors="none", edgecolors=ORANGE, linewidths=2.2)

@@ -154,7 +154,7 @@ def search_generations(
     aim = aim if revisable else None
     while not is_over(done, rule, aim, left := aim.left(done) if aim and done else None):
         if left is not None and isinstance(search, ModelSearch):
-            # Fits that begin at those of other aims stay there: fitted anew, a hover's last generations ended 6 % better.
+            # A fit that begins at one of another aim ends near it. With new fits a hover's objective is 6 % smaller.
             search.forget_fits()
         before, shift = shift, aim.addition(done) if aim else None
         if revisable and (before is not None or shift is not None):

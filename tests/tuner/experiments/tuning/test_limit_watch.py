@@ -287,7 +287,7 @@ def test_last_generations_aim_at_what_many_flights_of_one_point_say(converges, b
 
 
 def test_models_of_the_last_generations_are_fitted_from_the_beginning():
-    """Where they begin at the fits of other aims, they stay there."""
+    """Fits that begin at those of other aims end near them."""
     seen, forgotten = evaluated([1.0], [15.0]), []
     heard: Any = Heard()
     heard.forget_fits = lambda: forgotten.append(len(heard.told))

@@ -1,5 +1,6 @@
 """The recommended point and its reason, on made-up held-out values."""
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -227,6 +228,17 @@ def random_front(draw: np.random.Generator, objectives: int) -> np.ndarray:
     return values[non_dominated(values)]
 
 
+def random_cases(
+    seed: int, objectives: int, low: float, high: float
+) -> Iterator[tuple[np.random.Generator, np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield random fronts with a default that lies low to high times one of its points, and a mask of its worst objectives."""
+    draw = np.random.default_rng(seed)
+    for _ in range(300):
+        front = random_front(draw, objectives)
+        default = front[draw.integers(len(front))] * draw.uniform(low, high, objectives)
+        yield draw, front, default, draw.integers(2, size=objectives) > 0
+
+
 def picked(front: np.ndarray, default: np.ndarray, keeps: bool, worst: np.ndarray) -> tuple[list[float], bool]:
     """Return the values of the recommended point of those that nothing dominates; and whether it is one of the better ones."""
     kept = front[non_dominated(front)]
@@ -237,11 +249,8 @@ def picked(front: np.ndarray, default: np.ndarray, keeps: bool, worst: np.ndarra
 @pytest.mark.parametrize("objectives", [2, 3])
 @pytest.mark.parametrize("keeps", [True, False])
 def test_points_worse_than_the_default_in_an_objective_move_no_pick_that_is_better_in_everything(keeps, objectives):
-    draw, seen = np.random.default_rng(43), 0
-    for _ in range(300):
-        front = random_front(draw, objectives)
-        default = front[draw.integers(len(front))] * draw.uniform(0.8, 4.0, objectives)
-        worst = draw.integers(2, size=objectives) > 0
+    seen = 0
+    for draw, front, default, worst in random_cases(43, objectives, 0.8, 4.0):
         is_better = np.all(front < default, axis=1)
         pick, is_of_better = picked(front, default, keeps, worst)
         if not is_of_better:
@@ -258,11 +267,8 @@ def test_points_worse_than_the_default_in_an_objective_move_no_pick_that_is_bett
 @pytest.mark.parametrize("objectives", [2, 3])
 @pytest.mark.parametrize("keeps", [True, False])
 def test_no_pick_is_worse_in_an_objective_where_a_point_halves_what_the_default_is_worst_in(keeps, objectives):
-    draw, seen = np.random.default_rng(44), 0
-    for _ in range(300):
-        front = random_front(draw, objectives)
-        default = front[draw.integers(len(front))] * draw.uniform(1.0, 6.0, objectives)
-        worst = draw.integers(2, size=objectives) > 0
+    seen = 0
+    for _, front, default, worst in random_cases(44, objectives, 1.0, 6.0):
         half = default.copy()
         half[worst] /= 2.0
         if np.any(np.all(front < 0.98 * half, axis=1)):
