@@ -137,10 +137,12 @@ def is_improvement(values: np.ndarray, default: np.ndarray, relevant: float = RE
 def with_small_losses(values: np.ndarray, front: np.ndarray) -> tuple[np.ndarray, str]:
     """Return the rows of a front (k,) with small losses, and words.
 
-    A loss is relative to the default's value, and the largest of a row counts. The knee of a greenhouse's front had twice the
-    error of a default whose overshoot was 18 % where 15 % are allowed. The smallest loss alone is blind to gains of other points.
+    A loss is relative to the default's value, or to the front's largest if that is 0; the largest of a row counts. The knee of a
+    greenhouse's front had twice the error of a default whose overshoot was 18 % where 15 % are allowed. The smallest loss alone
+    is blind to gains of other points.
     """
-    scale = np.maximum(np.abs(values[0]), np.finfo(float).eps)
+    scale = np.where(values[0] == 0.0, np.abs(values[front]).max(axis=0), np.abs(values[0]))
+    scale[scale == 0.0] = 1.0
     losses = np.max((values[front] - values[0]) / scale, axis=1)
     most = max(losses.min(), 0.0) + SMALL_LOSS
     words = f"at most {significant(100.0 * most, 2)} % worse in an objective than the default, which breaks a limit"

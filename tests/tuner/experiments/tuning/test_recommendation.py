@@ -193,8 +193,18 @@ def test_where_nothing_is_better_who_breaks_a_limit_makes_way_for_points_that_ha
         (1.33, 1.008),
     ]
     assert recommended(*autopilot, default=(1.0, 1.0), keeps=False)[0] in ("p2", "p3")
-    # A default of 0 cannot be divided by: any value is worse.
-    assert recommended((0.5, 0.2), (0.1, 3.0), default=(0.0, 1.0), keeps=False)[0] == "p2"
+
+
+def test_a_loss_to_a_default_without_overshoot_is_a_share_of_the_fronts_largest():
+    """Nothing is a share of 0: reasons had 1e17 % of it."""
+    front = (4.0, 0.3), (1.0, 1.1), (0.5, 3.0)
+    picked = recommended(*front, default=(0.0, 1.0), keeps=False)
+    assert picked == ("p2", f"the only point that is at most 45 % {LOSING}")
+    # In every unit of the overshoot alike.
+    in_thousandths = [(1000.0 * overshoot, error) for overshoot, error in front]
+    assert recommended(*in_thousandths, default=(0.0, 1.0), keeps=False) == picked
+    # Whatever is 0 in the whole front is no loss.
+    assert recommended((0.0, 1.1), (0.0, 3.0), default=(0.0, 1.0), keeps=False)[0] == "p1"
 
 
 @pytest.mark.parametrize("keeps", [True, False])
