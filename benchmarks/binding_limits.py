@@ -8,7 +8,7 @@ is moved by their median difference; the gap counts from the best by value there
 
 A point whose interval keeps the limit lies as far inside as the interval is wide, and the best by value lies at the limit. So "at
 its own" is the gap from the best of those that lie as far inside as the recommended point: the part of the gap that a search can
-close without more flights.
+close without more flights. The last round of the dense search looks for it.
 """
 
 import argparse
@@ -205,15 +205,16 @@ def run(name: str, case: Case) -> Row:
         front, feasible, point = results.held_out_front, results.feasible, results.tuned
     finalists, tuned = rows_of(study, front.gains), front.points.index(point)
     dense = Dense(study, np.array([study.space.point(row) for row in finalists]))
-    rows, fresh, aim = finalists, dense.fresh(finalists), case.most
-    for share in BESIDE:
-        dense.evolve(aim, dense.generations // len(BESIDE))
-        near, own = dense.around(aim, share)
+    rows, fresh, shift = finalists, dense.fresh(finalists), 0.0
+    own = min(float(fresh.limited[tuned]), case.most)
+    for most, share in [*((case.most, share) for share in BESIDE), (own, BESIDE[-1])]:
+        dense.evolve(most + shift, dense.generations // len(BESIDE))
+        near, seen = dense.around(most + shift, share)
         found = dense.fresh(near)
-        aim = case.most + float(np.median(own.limited - found.limited))
+        shift = float(np.median(seen.limited - found.limited))
         rows, fresh = np.concatenate([rows, near]), fresh.and_(found)
     best = best_within(fresh, case.most)
-    alike = best_within(fresh, min(float(fresh.limited[tuned]), case.most))
+    alike = best_within(fresh, own)
     return {
         **{"case": name, "exit": 0 if feasible else NOTHING_FEASIBLE, "point": point, "limit": case.most},
         **{"value": float(fresh.limited[tuned]), "keeps": bool(fresh.limited[tuned] <= case.most)},
