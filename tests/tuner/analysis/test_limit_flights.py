@@ -14,9 +14,12 @@ from objectives.risk import Risk, flights_to_show
 from plant.seeds import generator
 from tuner.analysis import air_losses as air
 from tuner.analysis.final_flights import FinalFlights
-from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights, Look
+from tuner.analysis.limit_flights import BUDGET, LimitFlights, Look
 
 FLIGHTS, MAX_GROWTH = 32, 16
+# Control periods of a usual flight and of a cheap one. Of the cheap, 32 x 32 flights fit into half of four million periods, twice as
+# many do not.
+PERIODS, FEW_PERIODS, CHEAP_GROWTH = 100_000, 1000, 32
 ERROR = Objective(parse("itae.position"), Risk("mean"))
 OVERSHOOT = Objective(parse("overshoot.x"), Risk("mean"))
 FAILURE = Objective(parse("failure"), Risk("mean"))
@@ -25,6 +28,8 @@ FOLLOWED = Objective(parse("rms.position"), Risk("mean"))
 
 class Given(Problem):
     """A problem whose flights are given: scores (rows, quantities, flights); a gains row is the number of its row."""
+
+    system: Any = SimpleNamespace(timing=None)
 
     def __init__(self, scores, *constraints, lost=None):
         self.objectives, self.constraints, self.screens = (ERROR,), constraints, ()
@@ -40,11 +45,12 @@ class Given(Problem):
         return self.scores[rows][..., first:last], self.lost[rows, first:last]
 
 
-def looking(problem, count=FLIGHTS) -> tuple[LimitFlights, FinalFlights]:
+def looking(problem, count=FLIGHTS, periods=PERIODS) -> tuple[LimitFlights, FinalFlights]:
     """Looks at the limits of a problem, and the held-out flights that they begin from."""
     rows, scores = len(problem.scores), problem.scores[..., :count]
     gains = np.arange(rows, dtype=float)[:, None]
-    batch: Any = FlightBatch(SimpleNamespace(name="gusts"), "held-out", count)  # pyright: ignore[reportArgumentType]
+    spec: Any = SimpleNamespace(name="gusts", steps=lambda _: periods)
+    batch = FlightBatch(spec, "held-out", count)
     flown = FinalFlights(
         problem,
         1,
@@ -66,9 +72,10 @@ def normal_scores(distance, key, rows=2, count=FLIGHTS * MAX_GROWTH):
     return scores
 
 
-def decided(distance, key) -> tuple[bool, int]:
+def decided(distance, key, periods=PERIODS) -> tuple[bool, int]:
     """Whether row 1 is found to keep the limit, and by how many flights."""
-    limits, flown = looking(Given(normal_scores(distance, key), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    scores = normal_scores(distance, key, count=FLIGHTS * CHEAP_GROWTH)
+    limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)), periods=periods)
     look = fly_on(limits, flown)
     return bool(look.excess[1, 0] <= 0.0), FLIGHTS + limits.flights
 
@@ -80,15 +87,24 @@ def fly_on(limits, flown) -> Look:
     return look
 
 
-def test_looks_together_spend_what_the_study_allows():
-    assert sum(SPENT) == pytest.approx(1.0) and 2 ** (len(SPENT) - 1) == MAX_GROWTH
+@pytest.mark.parametrize(("periods", "growth"), [(PERIODS, MAX_GROWTH), (FEW_PERIODS, CHEAP_GROWTH)])
+def test_looks_together_spend_what_the_study_allows(periods, growth):
+    limits, _ = looking(Given(normal_scores(0.0, 1), Constraint(OVERSHOOT, 10.0, confidence=0.95)), periods=periods)
+    spent = [1.0 - limits.confidence(limits.problem.constraints[0], look) for look in range(limits.n_looks)]
+    assert sum(spent) == pytest.approx(0.05) and 2 ** (limits.n_looks - 1) == growth
 
 
+@pytest.mark.parametrize("periods", [PERIODS, FEW_PERIODS])
 @pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
-def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(count):
-    passed = [decided(0.0, key)[0] for key in range(count)]
+def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(count, periods):
+    passed = [decided(0.0, key, periods)[0] for key in range(count)]
     # One-sided 2.5 %, and three standard errors of that: 3.3 % from 200.
     assert np.mean(passed) <= 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / count)
+
+
+def test_cheap_flights_find_more_of_what_keeps_a_limit_narrowly():
+    shares = [np.mean([decided(0.7, key, periods)[0] for key in range(40)]) for periods in (PERIODS, FEW_PERIODS)]
+    assert shares[1] > shares[0] + 0.1
 
 
 @pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.slow)])
@@ -145,9 +161,10 @@ def test_a_row_makes_no_look_beyond_its_last_and_then_says_so():
     limits, flown = looking(Given(normal_scores(0.7, 3), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
     entry = limits.problem.constraints[0]
     assert limits.confidence_of(entry, 1) == 0.95
-    made = [limits.fly(1, limits.look(flown).excess[1]) for _ in range(len(SPENT))]
-    assert made == [True] * (len(SPENT) - 1) + [False] and limits.looked_at() == {1: FLIGHTS * MAX_GROWTH}
-    assert limits.confidence_of(entry, 1) == 1.0 - 0.05 * SPENT[-1] and limits.confidence_of(entry, 0) == 0.95
+    made = [limits.fly(1, limits.look(flown).excess[1]) for _ in range(5)]
+    assert made == [True] * 4 + [False] and limits.looked_at() == {1: FLIGHTS * MAX_GROWTH}
+    # Half of the error is left for four further looks.
+    assert limits.confidence_of(entry, 1) == 1.0 - 0.05 / 8.0 and limits.confidence_of(entry, 0) == 0.95
 
 
 def test_flights_that_would_settle_it_are_those_at_which_the_interval_ends_at_the_limit():

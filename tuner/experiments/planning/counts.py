@@ -1,8 +1,8 @@
 """Largest numbers of flights of runs, counted from their studies.
 
 Unknown counts are taken at their largest: candidates that break a hard requirement, or that a race would stop early,
-are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, at most
-`tuner.analysis.limit_flights.BUDGET` times the held-out flights.
+are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, see
+`tuner.analysis.limit_flights.most_further_flights`.
 """
 
 from typing import Any
