@@ -25,8 +25,10 @@ from tuner.analysis.paired_estimates import Paired, paired_estimate
 
 FIRST_SHARE = 0.5
 """Share of the allowed error that the look at the held-out flights spends; further looks spend the rest in equal parts."""
-BUDGET, CHEAP_PERIODS = 32, 4_000_000
-"""Further flights of all points together, in held-out flights of the study; control periods that they may have in any case.
+BUDGET = 32
+"""Further flights of all points together, in held-out flights of the study."""
+MIN_PERIODS = 4_000_000
+"""Control periods that further flights may have in any case.
 
 A plant's flight of 400 periods takes 0.2 ms: with 8,192 flights in place of 2,048 a search took 8 % longer, and where a limit on
 overshoot binds its error was 1.8 instead of 3.1 % from the best.
@@ -331,7 +333,7 @@ def most_further_flights(problem: Problem, batches: tuple[FlightBatch, ...]) -> 
     """Return the number of further flights that all points together may make."""
     flights = sum(batch.count for batch in batches)
     periods = sum(batch.count * batch.spec.steps(problem.system.timing) for batch in batches)
-    return max(BUDGET * flights, CHEAP_PERIODS * flights // max(periods, 1))
+    return max(BUDGET * flights, MIN_PERIODS * flights // max(periods, 1))
 
 
 def spent_confidence(confidence: float, look: int = 0, n_looks: int = 1) -> float:

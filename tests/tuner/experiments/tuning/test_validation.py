@@ -28,6 +28,8 @@ FOLLOWED = Constraint(Objective(parse("rms.position"), MEAN), 0.6, floor="missio
 class Made(Problem):
     """A problem whose flights are given by stream: scores (rows, quantities, flights), lost (rows, flights)."""
 
+    system: Any = SimpleNamespace(timing=None)
+
     def __init__(self, scores, lost, *constraints):
         self.objectives, self.constraints, self.screens = (ERROR,), constraints, ()
         self.scores, self.lost, self.flights_made = scores, lost, 0
@@ -62,7 +64,8 @@ def validated(problem, monkeypatch):
     rows = len(problem.scores[HELD_OUT])
 
     def batches(_, stream):
-        spec: Any = SimpleNamespace(name="gusts")
+        # So many control periods that no flights are cheap.
+        spec: Any = SimpleNamespace(name="gusts", steps=lambda _: 100_000)
         return (FlightBatch(spec, stream, FLIGHTS),)
 
     monkeypatch.setattr(validation, "batches", batches)
