@@ -28,7 +28,7 @@ from tuner.experiments.tuning.validation import Validated, Validation
 from tuner.search.watcher import Watcher
 
 BANK, CANDIDATES, FINALISTS, TRIED = 20_000, 32, 8, 2000
-SEARCHED, FLIGHTS, MAX_FLIGHTS = 8, 64, 1024
+SEARCHED, FLIGHTS, MAX_FLIGHTS = 8, 64, 4096
 FAMILIES = {
     "overshoot": Case(LAG, "iae.level", "overshoot.level", 5.0),
     "settling": Case(THIRD, "travel", "settling.level", 9.0),
@@ -40,7 +40,7 @@ class Bank(Problem):
 
     def __init__(self, problem: Problem, confidence: float, scores: np.ndarray, order: np.ndarray) -> None:
         self.constraints = tuple(replace(entry, confidence=confidence) for entry in problem.constraints)
-        self.objectives, self.screens = problem.objectives, ()
+        self.objectives, self.screens, self.system = problem.objectives, (), problem.system
         self.scores, self.flights_made = scores, 0
         self.order = {HELD_OUT: order[:MAX_FLIGHTS], CONFIRMATION: order[MAX_FLIGHTS:]}
 
