@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from objectives.engine import LANES
 from objectives.evaluator import Constraint, Evaluator
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
@@ -27,10 +28,10 @@ FIRST_SHARE = 0.5
 """Share of the allowed error that the look at the held-out flights spends; further looks spend the rest in equal parts."""
 BUDGET = 32
 """Further flights of all points together, in held-out flights of the study."""
-MIN_PERIODS = 4_000_000
-"""Control periods that further flights may have in any case.
+MIN_STEPS = 4_000_000
+"""Plant steps that further flights in compiled code may take in any case.
 
-A plant's flight of 400 periods takes 0.2 ms: with 8,192 flights in place of 2,048 a search took 8 % longer, and where a limit on
+A plant's flight of 400 steps takes 0.2 ms: with 8,192 flights in place of 2,048 a search took 8 % longer, and where a limit on
 overshoot binds its error was 1.8 instead of 3.1 % from the best.
 """
 MAX_FLIGHTS_FOR_SHARE = 20_000
@@ -331,9 +332,11 @@ class LimitFlights:
 
 def most_further_flights(problem: Problem, batches: tuple[FlightBatch, ...]) -> int:
     """Return the number of further flights that all points together may make."""
-    flights = sum(batch.count for batch in batches)
-    periods = sum(batch.count * batch.spec.steps(problem.system.timing) for batch in batches)
-    return max(BUDGET * flights, MIN_PERIODS * flights // max(periods, 1))
+    flights, timing = sum(batch.count for batch in batches), problem.system.timing
+    steps = sum(batch.count * batch.spec.steps(timing) * timing.steps for batch in batches)
+    # A step of a model unit may take as long as a flight of these.
+    cheap = MIN_STEPS * flights // max(steps, 1) if problem.system.arithmetic == LANES else 0
+    return max(BUDGET * flights, cheap)
 
 
 def spent_confidence(confidence: float, look: int = 0, n_looks: int = 1) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from objectives.engine import LANES
 from objectives.evaluator import Evaluator
 from objectives.flown_system import FlightBatch
 from objectives.metrics import parse
@@ -17,9 +18,8 @@ from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.limit_flights import BUDGET, LimitFlights, Look
 
 FLIGHTS, MAX_GROWTH = 32, 16
-# Control periods of a usual flight and of a cheap one. Of the cheap, 32 x 32 flights fit into half of four million periods, twice as
-# many do not.
-PERIODS, FEW_PERIODS, CHEAP_GROWTH = 100_000, 1000, 32
+# Steps of a usual flight and of a cheap one. Of the cheap, 32 x 32 flights fit into half of four million steps, twice as many do not.
+STEPS, FEW_STEPS, CHEAP_GROWTH = 100_000, 1000, 32
 ERROR = Objective(parse("itae.position"), Risk("mean"))
 OVERSHOOT = Objective(parse("overshoot.x"), Risk("mean"))
 FAILURE = Objective(parse("failure"), Risk("mean"))
@@ -29,7 +29,7 @@ FOLLOWED = Objective(parse("rms.position"), Risk("mean"))
 class Given(Problem):
     """A problem whose flights are given: scores (rows, quantities, flights); a gains row is the number of its row."""
 
-    system: Any = SimpleNamespace(timing=None)
+    system: Any = SimpleNamespace(timing=SimpleNamespace(steps=1), arithmetic=LANES)
 
     def __init__(self, scores, *constraints, lost=None):
         self.objectives, self.constraints, self.screens = (ERROR,), constraints, ()
@@ -45,11 +45,11 @@ class Given(Problem):
         return self.scores[rows][..., first:last], self.lost[rows, first:last]
 
 
-def looking(problem, count=FLIGHTS, periods=PERIODS) -> tuple[LimitFlights, FinalFlights]:
+def looking(problem, count=FLIGHTS, steps=STEPS) -> tuple[LimitFlights, FinalFlights]:
     """Looks at the limits of a problem, and the held-out flights that they begin from."""
     rows, scores = len(problem.scores), problem.scores[..., :count]
     gains = np.arange(rows, dtype=float)[:, None]
-    spec: Any = SimpleNamespace(name="gusts", steps=lambda _: periods)
+    spec: Any = SimpleNamespace(name="gusts", steps=lambda _: steps)
     batch = FlightBatch(spec, "held-out", count)
     flown = FinalFlights(
         problem,
@@ -72,10 +72,10 @@ def normal_scores(distance, key, rows=2, count=FLIGHTS * MAX_GROWTH):
     return scores
 
 
-def decided(distance, key, periods=PERIODS) -> tuple[bool, int]:
+def decided(distance, key, steps=STEPS) -> tuple[bool, int]:
     """Whether row 1 is found to keep the limit, and by how many flights."""
     scores = normal_scores(distance, key, count=FLIGHTS * CHEAP_GROWTH)
-    limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)), periods=periods)
+    limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)), steps=steps)
     look = fly_on(limits, flown)
     return bool(look.excess[1, 0] <= 0.0), FLIGHTS + limits.flights
 
@@ -87,23 +87,30 @@ def fly_on(limits, flown) -> Look:
     return look
 
 
-@pytest.mark.parametrize(("periods", "growth"), [(PERIODS, MAX_GROWTH), (FEW_PERIODS, CHEAP_GROWTH)])
-def test_looks_together_spend_what_the_study_allows(periods, growth):
-    limits, _ = looking(Given(normal_scores(0.0, 1), Constraint(OVERSHOOT, 10.0, confidence=0.95)), periods=periods)
+@pytest.mark.parametrize(("steps", "growth"), [(STEPS, MAX_GROWTH), (FEW_STEPS, CHEAP_GROWTH)])
+def test_looks_together_spend_what_the_study_allows(steps, growth):
+    limits, _ = looking(Given(normal_scores(0.0, 1), Constraint(OVERSHOOT, 10.0, confidence=0.95)), steps=steps)
     spent = [1.0 - limits.confidence(limits.problem.constraints[0], look) for look in range(limits.n_looks)]
     assert sum(spent) == pytest.approx(0.05) and 2 ** (limits.n_looks - 1) == growth
 
 
-@pytest.mark.parametrize("periods", [PERIODS, FEW_PERIODS])
+@pytest.mark.parametrize("steps", [STEPS, FEW_STEPS])
 @pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
-def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(count, periods):
-    passed = [decided(0.0, key, periods)[0] for key in range(count)]
+def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(count, steps):
+    passed = [decided(0.0, key, steps)[0] for key in range(count)]
     # One-sided 2.5 %, and three standard errors of that: 3.3 % from 200.
     assert np.mean(passed) <= 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / count)
 
 
+def test_flights_that_no_compiled_code_makes_are_never_cheap(monkeypatch):
+    slow: Any = SimpleNamespace(timing=SimpleNamespace(steps=1), arithmetic="fmu")
+    monkeypatch.setattr(Given, "system", slow)
+    limits, _ = looking(Given(normal_scores(0.0, 1), Constraint(OVERSHOOT, 10.0, confidence=0.95)), steps=FEW_STEPS)
+    assert 2 ** (limits.n_looks - 1) == MAX_GROWTH
+
+
 def test_cheap_flights_find_more_of_what_keeps_a_limit_narrowly():
-    shares = [np.mean([decided(0.7, key, periods)[0] for key in range(40)]) for periods in (PERIODS, FEW_PERIODS)]
+    shares = [np.mean([decided(0.7, key, steps)[0] for key in range(40)]) for steps in (STEPS, FEW_STEPS)]
     assert shares[1] > shares[0] + 0.1
 
 

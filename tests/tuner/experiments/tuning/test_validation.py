@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from objectives.engine import LANES
 from objectives.flown_system import FlightBatch
 from objectives.metrics import parse
 from objectives.problem import Constraint, Objective, Problem
@@ -28,7 +29,7 @@ FOLLOWED = Constraint(Objective(parse("rms.position"), MEAN), 0.6, floor="missio
 class Made(Problem):
     """A problem whose flights are given by stream: scores (rows, quantities, flights), lost (rows, flights)."""
 
-    system: Any = SimpleNamespace(timing=None)
+    system: Any = SimpleNamespace(timing=SimpleNamespace(steps=1), arithmetic=LANES)
 
     def __init__(self, scores, lost, *constraints):
         self.objectives, self.constraints, self.screens = (ERROR,), constraints, ()
@@ -64,7 +65,7 @@ def validated(problem, monkeypatch):
     rows = len(problem.scores[HELD_OUT])
 
     def batches(_, stream):
-        # So many control periods that no flights are cheap.
+        # So many steps that no flights are cheap.
         spec: Any = SimpleNamespace(name="gusts", steps=lambda _: 100_000)
         return (FlightBatch(spec, stream, FLIGHTS),)
 
