@@ -2,7 +2,7 @@
 
 Each study runs in the tool's default budget, or in that of the shipped file. The gains that it recommends make fresh flights of
 another seed, at most 10,000 of a plant and 2,000 of a quadrotor; their value is held against the limit. The best that keeps it
-is looked for by differential evolution from the study's own finalists, 3,936 candidates of a plant and 1,240 of a quadrotor on
+is looked for by differential evolution from the study's own finalists, 5,232 candidates of a plant and 1,640 of a quadrotor on
 two to four times the flights. In three rounds, points on both sides of the limit make the fresh flights, and the next limit
 is moved by their median difference; the gap counts from the best by value there, which column "at" is the limited value of.
 

@@ -9,7 +9,7 @@ Biometrika 70(3):659-663, 1983), so a point that breaks its limit passes in any 
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import ceil, log2
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -88,7 +88,7 @@ class LimitFlights:
         self._each = sum(batch.count for batch in batches)
         self._budget = most_further_flights(problem, batches) if isinstance(problem, Problem) else 0
         # A row makes half of the budget at most, so at least two rows may make all looks.
-        self.n_looks = 1 + int(log2(self._budget / (2 * self._each))) if self._budget else 1
+        self.n_looks = max((self._budget // max(2 * self._each, 1)).bit_length(), 1)
         self._looks = np.zeros(len(gains), dtype=int)
         self._passed = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
         self._further: dict[int, tuple[np.ndarray, np.ndarray]] = {}
@@ -111,7 +111,7 @@ class LimitFlights:
         excess = np.maximum(np.where(self._passed, value, upper) - most, 0.0)
         required = flown.evaluation.violations[:, len(entries) :]
         straddles = np.all(low <= most, axis=1) & np.any(excess > 0.0, axis=1) & np.all(required <= 0.0, axis=1)
-        may = self.may_fly & np.array([self._has_looks_left(row) for row in range(len(value))])
+        may = np.array([self._has_looks_left(row) for row in range(len(value))])
         return Look(value, low, upper, excess, np.all(value <= most, axis=1) & straddles & may, straddles & may)
 
     def _has_looks_left(self, row: int) -> bool:
@@ -243,7 +243,7 @@ class LimitFlights:
             is_recommended: Whether it is the recommended row, for which no budget counts.
         """
         number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
-        if not self.may_fly or number >= self.n_looks:
+        if number >= self.n_looks:
             return False
         wanted = self._wanted(excess, number)
         flights = sum(wanted) - sum(made)
