@@ -107,10 +107,7 @@ def validate(
     candidates: np.ndarray,
     watcher: Watcher,
 ) -> tuple[Survivors, np.ndarray, Validated, FinalistLimits | None]:
-    """Validate finalists and, by rounds, further ones.
-
-    Further ones keep the limits by the flights of those before.
-    """
+    """Validate finalists and, by rounds, further ones, which the flights of those before choose."""
     seen, grown = concatenate_evaluations([entry.evaluation for entry in generations]), grown_study(study, generations)
     worst = worst_objectives(generations[0].evaluation)
     rounds = 0
@@ -126,7 +123,8 @@ def validate(
         if not len(further):
             return survivors, candidates, validated, tails
         watcher.on_message(
-            f"{counted(len(further), 'further candidate')} fly: by the finalists' flights they probably keep every limit."
+            f"Held-out flights of {counted(len(further), 'further candidate')}: by the finalists' flights probably better and "
+            "within every limit."
         )
         if grown.search.first is not None:
             both = np.union1d(survivors.candidates, further)

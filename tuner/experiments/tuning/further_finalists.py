@@ -1,15 +1,18 @@
-"""Further finalists of one objective, chosen by flights of the first ones.
+"""Further finalists, chosen by flights of the first ones.
 
 A search keeps a limit by few flights, which all candidates share. The finalists' held-out values lie above or below those of the
-search, and the values of other candidates probably do by as much. A candidate that then keeps every limit and is better than the
-recommended point becomes a finalist. If there is none, those between the last finalist that breaks a limit and the recommended
-one fly that would keep it by the smallest of all distances: chosen candidates have too small values on the flights of the choice.
+search, and the values of other candidates probably do by as much. With one objective a candidate that then keeps every limit and
+is better than the recommended point becomes a finalist. If there is none, those between the last finalist that breaks a limit and
+the recommended one fly that would keep it by the smallest of all distances: chosen candidates have too small values in a search.
+
+With several objectives an end of the front may prove worse than the search found it; candidates that it dominated there may be
+better. A satellite's quickest finalist settled in 24.5 s, by the search in 17.3 s, and one of four such candidates in 17.7 s.
 """
 
 import numpy as np
 
 from objectives.evaluator import Evaluation
-from plant.ties import increasing_order
+from plant.ties import first_smallest, increasing_order
 from tuner.experiments.tuning.active_limits import BackOff, standard_excess
 from tuner.experiments.tuning.survivors import layers
 from tuner.experiments.tuning.validation import Validated
@@ -26,7 +29,7 @@ N_NEAR_FINALISTS = 5
 def further_finalists(
     seen: Evaluation, study: SearchedStudy, candidates: np.ndarray, validated: Validated
 ) -> np.ndarray:
-    """Return archive indices (k,) of better candidates that probably keep all limits; none with several objectives.
+    """Return archive indices (k,) of better candidates that probably keep all limits.
 
     Args:
         seen: All candidates of the search, on the flights that all of them made.
@@ -34,7 +37,9 @@ def further_finalists(
         candidates: Archive indices of the finalists behind the default.
         validated: Their validation.
     """
-    if seen.values.shape[1] > 1 or not any(entry.has_tolerance for entry in study.constraints):
+    if seen.values.shape[1] > 1:
+        return better_ends(seen, study, candidates, validated)
+    if not any(entry.has_tolerance for entry in study.constraints):
         return candidates[:0]
     value, best = seen.values[:, 0], np.inf
     if validated.keeps:
@@ -50,6 +55,22 @@ def further_finalists(
             excess = standard_excess(seen, study.constraints, study.seed, back_off)
             rows = np.flatnonzero(is_better & (excess <= 0.0) & (value > above))
             further = thinned(rows, np.column_stack([value[rows], excess[rows]]))
+    return further
+
+
+def better_ends(seen: Evaluation, study: SearchedStudy, candidates: np.ndarray, validated: Validated) -> np.ndarray:
+    """Return archive indices (k,) of candidates better in an objective, by the search, than the best finalist there.
+
+    Held-out flights say which finalist that is. Arguments as those of `further_finalists`.
+    """
+    back_off = shown_back_off(seen.excess[candidates], study, validated)
+    is_new = seen.complete & (standard_excess(seen, study.constraints, study.seed, back_off) <= 0.0)
+    is_new[[0, *candidates]] = False
+    further = candidates[:0]
+    for value, held_out in zip(seen.values.T, validated.finalists.evaluation.values[1:].T, strict=True):
+        best = value[candidates[first_smallest(held_out)]]
+        rows = np.flatnonzero(is_new & (value < best - study.table.relevant * abs(best)))
+        further = np.union1d(further, rows[increasing_order(value[rows])][:N_FURTHER_FINALISTS])
     return further
 
 

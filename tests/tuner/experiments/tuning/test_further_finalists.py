@@ -58,9 +58,26 @@ def test_lucky_finalists_close_the_way_to_no_others():
     assert len(rows) and rows.min() >= 39 and rows.max() < 50
 
 
-def test_of_several_objectives_there_are_none():
-    seen = evaluated(np.stack([ERRORS, ERRORS[::-1]], axis=1), LIMITED)
-    assert not len(chosen([28, 30, 32, 55], 4, 1.0, seen=seen, objectives=(ERROR, TRAVEL)))
+def ends(held_out, limited, candidates=(1, 20, 40, 60)):
+    """Further finalists of two objectives, of which the finalists have held-out errors."""
+    values = np.stack([ERRORS, ERRORS[::-1]], axis=1)
+    validated = validation_of(list(candidates), tuned=1, harshness=0.0)
+    rest: Any = validated.finalists
+    rest.evaluation = SimpleNamespace(values=np.stack([[9.0, *held_out], [9.0, *values[list(candidates), 1]]], axis=1))
+    study: Any = SimpleNamespace(
+        seed=1, constraints=(OVERSHOOT,), objectives=(ERROR, TRAVEL), table=SimpleNamespace(relevant=0.02)
+    )
+    return further_finalists(evaluated(values, limited), study, np.array(candidates), validated).tolist()
+
+
+def test_what_an_end_that_proved_worse_had_dominated_flies_too():
+    # Candidate 1 was the best and is behind 20 now: the best of those ahead of 20 fly.
+    inside = np.full(COUNT, 12.0)
+    assert ends([5.0, *ERRORS[[20, 40, 60]]], inside) == list(range(2, 2 + N_FURTHER_FINALISTS))
+    assert not ends(ERRORS[[1, 20, 40, 60]], inside)
+    # Who is ahead by less than matters does not fly, nor does anybody beyond the limit.
+    assert not ends([5.0, *ERRORS[[3, 40, 60]]], inside, candidates=(1, 3, 40, 60))
+    assert not ends([5.0, *ERRORS[[20, 40, 60]]], LIMITED)
 
 
 def test_who_is_furthest_inside_for_a_value_goes_first():
