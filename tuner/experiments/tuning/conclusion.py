@@ -28,7 +28,7 @@ from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.finalist_limits import FinalistLimits, finalist_limits, rare_words
 from tuner.experiments.tuning.finalists import finalists_in_all_states
 from tuner.experiments.tuning.flight_growth import grown_study
-from tuner.experiments.tuning.further_finalists import MAX_ROUNDS, further_finalists
+from tuner.experiments.tuning.further_finalists import MAX_FRONT_ROUNDS, MAX_ROUNDS, further_finalists
 from tuner.experiments.tuning.guards import warnings_after_run
 from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
@@ -107,10 +107,10 @@ def validate(
     candidates: np.ndarray,
     watcher: Watcher,
 ) -> tuple[Survivors, np.ndarray, Validated, FinalistLimits | None]:
-    """Validate finalists and, by rounds, further ones, which the flights of those before choose."""
+    """Validate finalists and further ones, by rounds."""
     seen, grown = concatenate_evaluations([entry.evaluation for entry in generations]), grown_study(study, generations)
     worst = worst_objectives(generations[0].evaluation)
-    rounds = 0
+    rounds, most = 0, MAX_ROUNDS if len(study.objectives) == 1 else MAX_FRONT_ROUNDS
     while True:
         gains = finalist_gains(problem, study, tried, candidates)
         names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
@@ -118,7 +118,7 @@ def validate(
         estimates = survivors.seen([0, *candidates.tolist()])
         validated = Validation(problem, study, gains, names, estimates, worst, watcher, tails).conclude()
         # Trials of another program and estimates of rare events take too long to be made by the way.
-        is_last = rounds == MAX_ROUNDS or tails is not None or not isinstance(problem, Problem)
+        is_last = rounds == most or tails is not None or not isinstance(problem, Problem)
         further = candidates[:0] if is_last else further_finalists(seen, study, candidates, validated)
         if not len(further):
             return survivors, candidates, validated, tails

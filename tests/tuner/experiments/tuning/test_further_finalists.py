@@ -6,7 +6,12 @@ from typing import Any
 import numpy as np
 
 from tests.tuner.experiments.tuning.test_active_limits import ERROR, OVERSHOOT, TRAVEL, evaluated
-from tuner.experiments.tuning.further_finalists import N_FURTHER_FINALISTS, further_finalists, thinned
+from tuner.experiments.tuning.further_finalists import (
+    N_FURTHER_FINALISTS,
+    N_FURTHER_ON_FRONT,
+    further_finalists,
+    thinned,
+)
 from tuner.experiments.tuning.validation import Validated
 
 COUNT = 61
@@ -58,26 +63,38 @@ def test_lucky_finalists_close_the_way_to_no_others():
     assert len(rows) and rows.min() >= 39 and rows.max() < 50
 
 
-def ends(held_out, limited, candidates=(1, 20, 40, 60)):
-    """Further finalists of two objectives, of which the finalists have held-out errors."""
+def of_two_objectives(candidates, errors, limited, kept, harshness=0.0) -> list[int]:
+    """Further finalists of a front of all candidates; errors: held-out ones of its finalists, kept: whether these keep the limit."""
     values = np.stack([ERRORS, ERRORS[::-1]], axis=1)
-    validated = validation_of(list(candidates), tuned=1, harshness=0.0)
-    rest: Any = validated.finalists
-    rest.evaluation = SimpleNamespace(values=np.stack([[9.0, *held_out], [9.0, *values[list(candidates), 1]]], axis=1))
+    validated = validation_of(candidates, tuned=1, harshness=harshness)
+    finalists: Any = validated.finalists
+    finalists.evaluation = SimpleNamespace(values=np.stack([[9.0, *errors], [9.0, *values[candidates, 1]]], axis=1))
+    finalists.feasible = np.array([False, *kept])
     study: Any = SimpleNamespace(
         seed=1, constraints=(OVERSHOOT,), objectives=(ERROR, TRAVEL), table=SimpleNamespace(relevant=0.02)
     )
     return further_finalists(evaluated(values, limited), study, np.array(candidates), validated).tolist()
 
 
-def test_what_an_end_that_proved_worse_had_dominated_flies_too():
+def test_candidates_that_a_worse_end_had_dominated_fly_too():
     # Candidate 1 was the best and is behind 20 now: the best of those ahead of 20 fly.
-    inside = np.full(COUNT, 12.0)
-    assert ends([5.0, *ERRORS[[20, 40, 60]]], inside) == list(range(2, 2 + N_FURTHER_FINALISTS))
-    assert not ends(ERRORS[[1, 20, 40, 60]], inside)
+    inside, kept = np.full(COUNT, 12.0), 4 * [True]
+    worse = of_two_objectives([1, 20, 40, 60], [5.0, *ERRORS[[20, 40, 60]]], inside, kept)
+    assert worse == list(range(2, 2 + N_FURTHER_FINALISTS))
+    assert not of_two_objectives([1, 20, 40, 60], ERRORS[[1, 20, 40, 60]], inside, kept)
     # Who is ahead by less than matters does not fly, nor does anybody beyond the limit.
-    assert not ends([5.0, *ERRORS[[3, 40, 60]]], inside, candidates=(1, 3, 40, 60))
-    assert not ends([5.0, *ERRORS[[20, 40, 60]]], LIMITED)
+    assert not of_two_objectives([1, 3, 40, 60], [5.0, *ERRORS[[3, 40, 60]]], inside, kept)
+    assert not of_two_objectives([1, 20, 40, 60], [5.0, *ERRORS[[20, 40, 60]]], LIMITED, kept)
+
+
+def test_where_most_finalists_break_a_limit_the_front_further_inside_flies():
+    # Held-out flights are harsher by 1: candidates from 40 on keep the limit.
+    candidates = [28, 30, 32, 36, 60]
+    rows = of_two_objectives(candidates, ERRORS[candidates], LIMITED, 4 * [False] + [True], harshness=1.0)
+    assert len(rows) == N_FURTHER_ON_FRONT and rows[0] == 40 and rows[-1] == 59
+    assert not of_two_objectives(candidates, ERRORS[candidates], LIMITED, 2 * [False] + 3 * [True], harshness=1.0)
+    # Nobody is further inside.
+    assert not of_two_objectives(candidates, ERRORS[candidates], LIMITED, 5 * [False], harshness=9.0)
 
 
 def test_who_is_furthest_inside_for_a_value_goes_first():
