@@ -28,7 +28,6 @@ from tuner.extensions.betaflight_adrc.settings import (
     read_setting,
     recognize_build,
 )
-from tuner.study.messages import translated
 from tuner.text.strict_table import StrictTable
 
 THRUST_LINEAR = ((0, 1.0), (10, 1.03), (25, 1.09), (60, 1.36), (80, 1.63), (90, 1.81), (95, 1.91), (100, 2.02))
@@ -187,6 +186,9 @@ def read_plants(path: Path, sampling: Sampling) -> dict[str, AxisPlant]:
     try:
         craft = CraftTable.model_validate(table)
     except ValidationError as error:
+        # Imported here: `tuner list` takes 0.07 s more with the tables of all studies.
+        from tuner.study.messages import translated
+
         raise translated(error, path, CraftTable) from None
     tables = {axis: table for axis in AXES if (table := getattr(craft, axis)) is not None}
     if not tables:
