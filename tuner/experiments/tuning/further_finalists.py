@@ -82,7 +82,7 @@ def further_points_of_front(
         rows = np.flatnonzero(is_new & (value < best - study.table.relevant * abs(best)))
         further = np.union1d(further, rows[increasing_order(value[rows])][:N_FURTHER_FINALISTS])
     within = candidates[validated.finalists.feasible[1:]]
-    if 2 * len(within) >= len(candidates) or not is_new.any():
+    if 2 * len(within) >= len(candidates):
         return further
     rows = np.concatenate([within, np.flatnonzero(is_new)])
     inside = np.setdiff1d(rows[non_dominated(seen.values[rows])], within)

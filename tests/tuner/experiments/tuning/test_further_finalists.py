@@ -28,12 +28,18 @@ def validation_of(candidates, tuned, harshness, keeps=True) -> Validated:
     return found
 
 
-def chosen(candidates, tuned, harshness, relevant=0.02, seen=None, keeps=True, objectives=(ERROR,)):
-    study: Any = SimpleNamespace(
+def study_of(*objectives, relevant=0.02) -> Any:
+    """A study with a limit on overshoot."""
+    return SimpleNamespace(
         seed=1, constraints=(OVERSHOOT,), objectives=objectives, table=SimpleNamespace(relevant=relevant)
     )
-    seen = evaluated(ERRORS, LIMITED) if seen is None else seen
-    return further_finalists(seen, study, np.array(candidates), validation_of(candidates, tuned, harshness, keeps))
+
+
+def chosen(candidates, tuned, harshness, relevant=0.02, keeps=True):
+    validated = validation_of(candidates, tuned, harshness, keeps)
+    return further_finalists(
+        evaluated(ERRORS, LIMITED), study_of(ERROR, relevant=relevant), np.array(candidates), validated
+    )
 
 
 def test_whoever_keeps_the_limit_by_what_finalists_showed_and_is_better_flies_too():
@@ -70,10 +76,8 @@ def of_two_objectives(candidates, errors, limited, kept, harshness=0.0) -> list[
     finalists: Any = validated.finalists
     finalists.evaluation = SimpleNamespace(values=np.stack([[9.0, *errors], [9.0, *values[candidates, 1]]], axis=1))
     finalists.feasible = np.array([False, *kept])
-    study: Any = SimpleNamespace(
-        seed=1, constraints=(OVERSHOOT,), objectives=(ERROR, TRAVEL), table=SimpleNamespace(relevant=0.02)
-    )
-    return further_finalists(evaluated(values, limited), study, np.array(candidates), validated).tolist()
+    seen = evaluated(values, limited)
+    return further_finalists(seen, study_of(ERROR, TRAVEL), np.array(candidates), validated).tolist()
 
 
 def test_candidates_that_a_worse_end_had_dominated_fly_too():
