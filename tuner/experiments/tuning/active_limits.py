@@ -54,9 +54,10 @@ def standard_excess(
     excess = shifted_excess(evaluation, back_off)
     worst = np.where(np.any(excess[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
     for i in range(len(constraints)):
-        below, above = widths(evaluation, constraints, i, root)
         if back_off is not None and not np.isnan(back_off.width[i]):
             below = above = np.full(len(excess), back_off.width[i])
+        else:
+            below, above = widths(evaluation, constraints, i, root)
         width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
         # Of an interval that is all but a point the quotient is infinite, as of a certain value.
         with np.errstate(over="ignore"):
@@ -66,16 +67,20 @@ def standard_excess(
 
 
 def widths(
-    evaluation: Evaluation, constraints: tuple[Constraint, ...], i: int, root: int
+    evaluation: Evaluation,
+    constraints: tuple[Constraint, ...],
+    i: int,
+    root: int,
+    rows: np.ndarray | slice = slice(None),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances (n,) from a constraint's values to their intervals' ends.
 
-    Both, down and up, are 0 without tolerance.
+    Both, down and up, are 0 without tolerance. rows (n,): of the evaluation.
     """
-    entry, value = constraints[i], constraints[i].most + evaluation.excess[:, i]
+    entry, value = constraints[i], constraints[i].most + evaluation.excess[rows, i]
     if not entry.has_tolerance:
         return np.zeros(len(value)), np.zeros(len(value))
-    samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)
+    samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)[rows]
     count = samples.shape[-1]
     drawn = generator(root, "bootstrap/limit", i).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
     low, high = entry.objective.interval(samples, drawn, entry.confidence or CONFIDENCE)

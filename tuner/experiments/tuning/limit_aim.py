@@ -82,5 +82,5 @@ class LimitAim:
     def _own_width(self, seen: Evaluation, i: int) -> float:
         """Return the width of the search's interval, 0 within the limit."""
         front = feasible_front(seen.values, seen.violations)
-        _, above = widths(seen, self._constraints, i, self._watch.study.seed)
-        return float(np.median(above[front])) if np.any(seen.excess[front, i] + above[front] > 0.0) else 0.0
+        _, above = widths(seen, self._constraints, i, self._watch.study.seed, front)
+        return float(np.median(above)) if np.any(seen.excess[front, i] + above > 0.0) else 0.0

@@ -142,7 +142,7 @@ class LimitWatch:
             return rows[[first_smallest(excess[rows].max(axis=1))]] if len(rows) else rows
         reach = np.zeros((len(front), len(self.problem.constraints)))
         for i in self._limited:
-            above = widths(evaluation, self.problem.constraints, i, self.study.seed)[1][front]
+            above = widths(evaluation, self.problem.constraints, i, self.study.seed, front)[1]
             above = np.maximum(above, NEAR * abs(self.problem.constraints[i].most))
             reach[:, i] = above if np.isnan(back_off.width[i]) else back_off.width[i]
         return front[np.any(excess[front, : reach.shape[1]][:, self._limited] + reach[:, self._limited] > 0.0, axis=1)]
