@@ -69,7 +69,7 @@ def test_lucky_finalists_close_the_way_to_no_others():
     assert len(rows) and rows.min() >= 39 and rows.max() < 50
 
 
-def of_two_objectives(candidates, errors, limited, kept, harshness=0.0) -> list[int]:
+def of_two_objectives(candidates, errors, limited, kept, harshness=0.0, relevant=0.02) -> list[int]:
     """Further finalists of a front of all candidates; errors: held-out ones of its finalists, kept: whether these keep the limit."""
     values = np.stack([ERRORS, ERRORS[::-1]], axis=1)
     validated = validation_of(candidates, tuned=1, harshness=harshness)
@@ -77,7 +77,8 @@ def of_two_objectives(candidates, errors, limited, kept, harshness=0.0) -> list[
     finalists.evaluation = SimpleNamespace(values=np.stack([[9.0, *errors], [9.0, *values[candidates, 1]]], axis=1))
     finalists.feasible = np.array([False, *kept])
     seen = evaluated(values, limited)
-    return further_finalists(seen, study_of(ERROR, TRAVEL), np.array(candidates), validated).tolist()
+    study = study_of(ERROR, TRAVEL, relevant=relevant)
+    return further_finalists(seen, study, np.array(candidates), validated).tolist()
 
 
 def test_candidates_that_a_worse_end_had_dominated_fly_too():
@@ -87,8 +88,18 @@ def test_candidates_that_a_worse_end_had_dominated_fly_too():
     assert worse == list(range(2, 2 + N_FURTHER_FINALISTS))
     assert not of_two_objectives([1, 20, 40, 60], ERRORS[[1, 20, 40, 60]], inside, kept)
     # Who is ahead by less than matters does not fly, nor does anybody beyond the limit.
-    assert not of_two_objectives([1, 3, 40, 60], [5.0, *ERRORS[[3, 40, 60]]], inside, kept)
+    ahead = [1, 3, 40, 60], [5.0, *ERRORS[[3, 40, 60]]]
+    assert of_two_objectives(*ahead, inside, kept) == [2]
+    assert not of_two_objectives(*ahead, inside, kept, relevant=0.2)
     assert not of_two_objectives([1, 20, 40, 60], [5.0, *ERRORS[[20, 40, 60]]], LIMITED, kept)
+
+
+def test_an_end_that_breaks_a_limit_gives_way_to_candidates_within():
+    # The best two of the first objective break the limit, held out: of those ahead of the third the furthest inside fly.
+    candidates, ladders = [0, 6, 24, 40, 60], LIMITED - 4.0 + np.where(np.arange(COUNT) % 2 == 0, 0.5, 0.0)
+    rows = of_two_objectives(candidates, ERRORS[candidates], ladders, 2 * [False] + 3 * [True])
+    assert len(rows) == N_FURTHER_FINALISTS and np.all(np.array(rows) % 2 == 1) and (rows[0], rows[-1]) == (1, 23)
+    assert not of_two_objectives(candidates, ERRORS[candidates], ladders, 5 * [True])
 
 
 def test_where_most_finalists_break_a_limit_the_front_further_inside_flies():
