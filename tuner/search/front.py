@@ -11,8 +11,9 @@ from plant.ties import TIE, first_largest, first_smallest
 
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1
-# Rows up to which every pair is compared: half the time of a library's call, of which a run's end makes two thousand.
-FEW = 32
+# Largest size of a value in comparisons; an infinite one counts as this. With infinite values of three objectives moocore 0.3.2
+# names wrong rows, or ends the process.
+MAX_SIZE = 1e300
 # Ratio of an objective's ends from which on its logarithm counts. On a hyperbola over a factor of 10 logarithms leave no
 # knee at all, and a third more flights to find it; over a factor of 1,500 the natural scale sees one end alone.
 WIDE = 30.0
@@ -24,12 +25,9 @@ def non_dominated(values: np.ndarray) -> np.ndarray:
     """Return a mask (n,) of the non-dominated rows of values (n, m); equal rows do not dominate each other."""
     if len(values) == 0:
         return np.zeros(0, dtype=bool)
-    if len(values) <= FEW:
-        others = values[:, None]
-        return ~np.any(np.all(others <= values, axis=-1) & np.any(others < values, axis=-1), axis=0)
     from moocore import is_nondominated
 
-    return np.asarray(is_nondominated(values, keep_weakly=True))
+    return np.asarray(is_nondominated(np.clip(values, -MAX_SIZE, MAX_SIZE), keep_weakly=True))
 
 
 def feasible_front(values: np.ndarray, violations: np.ndarray) -> np.ndarray:

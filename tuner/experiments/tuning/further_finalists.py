@@ -8,7 +8,7 @@ the recommended one fly that would keep it by the smallest of all distances: cho
 With several objectives an end of the front may prove worse than the search found it, or break a limit; candidates behind it may
 be better, or keep them. A satellite's quickest finalist settled in 24.5 s, by the search in 17.3 s, and one of four such
 candidates in 17.7 s. Of six runs under four limits one lost its nine quietest finalists, and six candidates behind them raised
-its share of what all six dominate from 74 to 95 %. Where most of a front break a limit, that further inside flies: of those runs
+its share of what all six dominate from 74 to 95 %. If most of a front break a limit, candidates further inside fly: of those runs
 the two with the fewest points kept 52 and 85 % of it, and 80 and 92 % with 16 such candidates.
 """
 
@@ -28,6 +28,8 @@ MAX_FRONT_ROUNDS = 1
 """Rounds with several objectives."""
 N_FURTHER_FINALISTS = 8
 """Further finalists of a round near one point."""
+MIN_FURTHER_AT_ENDS = 3
+"""Candidates behind the ends of a front from which on they fly: judging all again takes a tenth of a quickstart even for one."""
 N_FURTHER_ON_FRONT = 16
 """Further finalists of a round near a front."""
 N_NEAR_FINALISTS = 5
@@ -91,7 +93,7 @@ def further_points_of_front(
         best = value[within[first_smallest(flown)]]
         rows = np.flatnonzero(is_new & (value < best - study.table.relevant * abs(best)))
         further = np.union1d(further, thinned(rows, np.column_stack([value[rows], excess[rows]])))
-    return further
+    return further if len(further) >= MIN_FURTHER_AT_ENDS else candidates[:0]
 
 
 def largest_broken(value: np.ndarray, best: float, study: SearchedStudy, validated: Validated) -> float:

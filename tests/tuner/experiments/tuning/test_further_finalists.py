@@ -7,6 +7,7 @@ import numpy as np
 
 from tests.tuner.experiments.tuning.test_active_limits import ERROR, OVERSHOOT, TRAVEL, evaluated
 from tuner.experiments.tuning.further_finalists import (
+    MIN_FURTHER_AT_ENDS,
     N_FURTHER_FINALISTS,
     N_FURTHER_ON_FRONT,
     further_finalists,
@@ -88,10 +89,12 @@ def test_candidates_that_a_worse_end_had_dominated_fly_too():
     assert worse == list(range(2, 2 + N_FURTHER_FINALISTS))
     assert not of_two_objectives([1, 20, 40, 60], ERRORS[[1, 20, 40, 60]], inside, kept)
     # Who is ahead by less than matters does not fly, nor does anybody beyond the limit.
-    ahead = [1, 3, 40, 60], [5.0, *ERRORS[[3, 40, 60]]]
-    assert of_two_objectives(*ahead, inside, kept) == [2]
+    ahead = [1, 2 + MIN_FURTHER_AT_ENDS, 40, 60], [5.0, *ERRORS[[2 + MIN_FURTHER_AT_ENDS, 40, 60]]]
+    assert of_two_objectives(*ahead, inside, kept) == [2, 3, 4]
     assert not of_two_objectives(*ahead, inside, kept, relevant=0.2)
     assert not of_two_objectives([1, 20, 40, 60], [5.0, *ERRORS[[20, 40, 60]]], LIMITED, kept)
+    # Fewer than three are not worth judging all finalists again.
+    assert not of_two_objectives([1, 4, 40, 60], [5.0, *ERRORS[[4, 40, 60]]], inside, kept)
 
 
 def test_an_end_that_breaks_a_limit_gives_way_to_candidates_within():
