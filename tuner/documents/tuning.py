@@ -172,7 +172,13 @@ class TuningFolder(OpenedFolder[Summary]):
 
     def rows_of(self, point: int) -> list[TableRow]:
         """Return the table with held-out values of a finalist for the tuned ones, in SI units; point: its row of the front."""
-        return [self._row_of(row, point) for row in self.document.table]
+        return self._tables[point]
+
+    @cached_property
+    def _tables(self) -> list[list[TableRow]]:
+        # A page needs each of them four times.
+        points = range(len(self.held_out_front.points))
+        return [[self._row_of(row, point) for row in self.document.table] for point in points]
 
     def _row_of(self, row: TableRow, point: int) -> TableRow:
         first = self.held_out_front.of(DEFAULT)

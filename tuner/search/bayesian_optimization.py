@@ -28,7 +28,7 @@ Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 N_CANDIDATES, N_GLOBAL = 512, 128
 # Points drawn for each of those that fill the cube, while few points are known and limits are computed without flying: where 2 of
 # 100 keep them, 128 points hold next to nothing to explore. Least weight of one.
-EARLY_DRAWS, MIN_WEIGHT = 32, 1e-12
+EARLY_DRAWS, MIN_WEIGHT = 16, 1e-12
 # Least number of points of the pool for each point of a generation.
 CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
@@ -36,8 +36,6 @@ N_SHORTLIST, N_PARENTS = 192, 32
 # Batch while few points are known, and number of points up to which: the models learn most from the first points, and a batch
 # is chosen without its own values (over 27 published problems the mean share of the front after 50 points is 0.62, else 0.57).
 EARLY_BATCH, N_EARLY = 4, 60
-# Largest number of points that a constraint's model is conditioned on: the closest to its threshold.
-MAX_CONSTRAINT_DATA = 250
 # Growth of the number of points after which hyperparameters are fitted again.
 REFIT_GROWTH = 1.3
 # Improvement of an objective by itself below which its end of the front is left alone, in units of the reference box.
@@ -48,7 +46,23 @@ MAX_SHARE, N_PERTURBED, MIN_PERTURBED = 0.5, 10.0, 3.0
 # Least number of parents of the pool; and points that are re-evaluated at once.
 N_INCUMBENTS, REEVALUATION_BATCH = 8, 8
 # Points checked without flying: for each that is still to be picked, and at least. One by one takes far longer.
-CHECKS_PER_PICK, MIN_CHECKS = 3, 32
+CHECKS_PER_PICK, MIN_CHECKS = 2, 16
+
+
+class ModelBudget(NamedTuple):
+    """Work that a constraint's model may make.
+
+    Attributes:
+        most: Largest number of points that it is conditioned on: the closest to its threshold.
+        growth: Growth of the number of points after which its hyperparameters are fitted again.
+    """
+
+    most: int = 250
+    growth: float = REFIT_GROWTH
+
+
+# Limits that are computed have several times the points of those that are flown, and models that are made anew with each check.
+FLOWN, COMPUTED = ModelBudget(), ModelBudget(most=150, growth=1.5)
 
 
 class ConstraintModel(NamedTuple):
@@ -85,7 +99,7 @@ class BayesianOptimization:
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
         self._screens = [
-            DeterministicConstraints(excess, partial(self._constraint_models, f"{'further ' * level}known"))
+            DeterministicConstraints(excess, partial(self._constraint_models, f"{'further ' * level}known", COMPUTED))
             for level, excess in enumerate(excesses)
         ]
         self._fits: dict[str, tuple[int, Hyperparameters]] = {}
@@ -232,29 +246,29 @@ class BayesianOptimization:
         # A value beyond all bounds counts as a limit broken: whoever seeks an end of the front would go there again and again.
         unbounded = np.any(values >= MAX_SPREADS, axis=1, keepdims=True).astype(float)
         return [
-            *self._constraint_models("constraint", points, np.sign(scaled) * np.log1p(np.abs(scaled))),
-            *self._constraint_models("unbounded", points, unbounded),
+            *self._constraint_models("constraint", FLOWN, points, np.sign(scaled) * np.log1p(np.abs(scaled))),
+            *self._constraint_models("unbounded", FLOWN, points, unbounded),
         ]
 
-    def _constraint_models(self, kind: str, points: Array, excess: Array) -> list[ConstraintModel]:
+    def _constraint_models(self, kind: str, budget: ModelBudget, points: Array, excess: Array) -> list[ConstraintModel]:
         """Return a model of each column of excess (n, c) ever above 0."""
         columns = range(excess.shape[1])
-        models = parallel_map(lambda i: self._constraint_model(f"{kind} {i}", points, excess[:, i]), columns)
+        models = parallel_map(lambda i: self._constraint_model(f"{kind} {i}", budget, points, excess[:, i]), columns)
         return [model for model in models if model is not None]
 
-    def _constraint_model(self, name: str, points: Array, excess: Array) -> ConstraintModel | None:
+    def _constraint_model(self, name: str, budget: ModelBudget, points: Array, excess: Array) -> ConstraintModel | None:
         """Return the model of an excess (n,), None where never above 0."""
         if not np.any(excess > 0.0):
             return None
         # Without values below 0, a tenth is the threshold.
         threshold = 0.0 if np.any(excess < 0.0) else 0.1
-        rows = np.sort(np.argsort(np.abs(excess), kind="stable")[:MAX_CONSTRAINT_DATA])
-        return ConstraintModel(self._model(name, points[rows], excess[rows]), threshold)
+        rows = np.sort(np.argsort(np.abs(excess), kind="stable")[: budget.most])
+        return ConstraintModel(self._model(name, budget.growth, points[rows], excess[rows]), threshold)
 
-    def _model(self, name: str, points: Array, targets: Array) -> GaussianProcess:
-        """Return the model of a quantity; hyperparameters are fitted as data grow."""
+    def _model(self, name: str, growth: float, points: Array, targets: Array) -> GaussianProcess:
+        """Return the model of a quantity; hyperparameters are fitted again as data grow."""
         size, hyperparameters = self._fits.get(name, (0, None))
-        if hyperparameters is None or len(points) >= REFIT_GROWTH * size:
+        if hyperparameters is None or len(points) >= growth * size:
             hyperparameters = fit_hyperparameters(points, targets, hyperparameters)
             self._fits[name] = (len(points), hyperparameters)
         return GaussianProcess(points, targets, hyperparameters)

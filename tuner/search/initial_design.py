@@ -15,7 +15,7 @@ from tuner.search.feasible_points import evolve_feasible_points
 MAX_EXTRA_HYPERCUBES = 48
 # Hypercubes that are screened at once: one after the other takes longer.
 HYPERCUBE_BATCH = 6
-# Points screened at once where the first passing ones are wanted: a batch takes as long as some ten points of it.
+# Least number of points screened at once where the first passing ones are wanted: a batch takes as long as some ten points of it.
 SCREENING_BATCH = 24
 
 
@@ -65,14 +65,19 @@ def initial_design(
     return np.concatenate([starts, points])
 
 
-def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Return the first `count` of points (n, d) that pass screening; no more are screened than needed."""
-    passing = points[:0]
-    for first in range(0, len(points), SCREENING_BATCH):
-        if len(passing) >= count:
-            break
-        batch = points[first : first + SCREENING_BATCH]
+def first_passing(
+    points: np.ndarray, count: int, passes_screening: Callable[[np.ndarray], np.ndarray], share: float = 1.0
+) -> np.ndarray:
+    """Return the first `count` of points (n, d) that pass screening; few more are screened than needed.
+
+    share: expected share of passing points, which says how many are screened at once.
+    """
+    passing, first = points[:0], 0
+    while first < len(points) and len(passing) < count:
+        size = max((count - len(passing)) / share, SCREENING_BATCH) if share > 0.0 else len(points)
+        batch = points[first : first + int(min(size, len(points)))]
         passing = np.concatenate([passing, batch[passes_screening(batch)]])
+        first += len(batch)
     return passing[:count]
 
 
@@ -85,11 +90,12 @@ def _replace_failing(
     """
     drawn, points = [points], points.copy()
     open_rows = np.flatnonzero(~passes(points))
+    share = 1.0 - len(open_rows) / len(points)
     for _ in range(hypercubes // HYPERCUBE_BATCH):
         if not len(open_rows):
             break
         samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])
-        passing = first_passing(samples, len(open_rows), passes)
+        passing = first_passing(samples, len(open_rows), passes, share)
         points[open_rows[: len(passing)]] = passing
         open_rows = open_rows[len(passing) :]
         drawn.append(samples)

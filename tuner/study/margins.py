@@ -82,11 +82,12 @@ def margin_screen(
 
 @lru_cache(maxsize=16)
 def nominal_margins(
-    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim", exact: bool = False
+    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim", exact: bool
 ) -> "MarginModel":
     """Return the nominal vehicle's margins in a trim, at all amplitudes.
 
-    Cached, because a run needs them several times.
+    Cached, because a run needs them several times. No argument has a default: the cache takes a call that leaves one out for
+    another one, and a run built two of its models twice.
     """
     from objectives.margins.margins import MarginModel
 

@@ -166,7 +166,7 @@ class Study(TuningStudy):
         system = self.system
         (hover,) = hover_of([entry.spec for entry in self.scenarios], system.timing)
         trim = next((entry.trim for entry in self.trims if entry.name == state), hover.trim)
-        return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, trim)
+        return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, trim, False)
 
     def read_row(self, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of a file of its controller; InputError names all that differs."""

@@ -67,7 +67,7 @@ def subject_of(controller: Controller, trim: Trim) -> Subject:
     vehicle, row = controller.airframe.vehicle, np.array(controller.gains)
     assumed = nominal(vehicle, controller.options, controller.control_period)
     timing = Timing(controller.control_period, controller.plant_step)
-    model = nominal_margins(controller.cascade, assumed, timing, vehicle, trim)
+    model = nominal_margins(controller.cascade, assumed, timing, vehicle, trim, False)
     return Subject(row, model, model.evaluate(row[None]), controller, trim)
 
 

@@ -64,7 +64,9 @@ class LoopCurves:
             study = cast("Study", self._session.study)
             system = study.system
             models = {
-                state.name: nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, state.trim)
+                state.name: nominal_margins(
+                    system.cascade, system.nominal, system.timing, system.vehicle, state.trim, False
+                )
                 for state in steady_states([entry.spec for entry in study.scenarios], system)
             }
         return [(name, model, case) for name, model in models.items() for case in model.cases]

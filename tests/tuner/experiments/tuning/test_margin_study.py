@@ -151,6 +151,14 @@ def test_all_tables_share_one_evaluation_for_each_choice_of_vehicles(tmp_path, m
     assert np.array_equal(values[:, 3], margins.multiloop.value)
 
 
+def test_search_and_documents_share_the_model_of_a_state(tmp_path, monkeypatch):
+    made, _ = spied(monkeypatch)
+    asked = study(tmp_path, PHASE)
+    known_values(asked.screens, asked.default_row[None])
+    asked.margin_model().evaluate(asked.default_row[None])
+    assert made == [1]
+
+
 def test_every_quantity_can_be_asked_for_and_is_listed(tmp_path):
     lines = [
         f'[[margin]]\nquantity = "{name}"\n{quantity.sense} = {1.5 if quantity.sense == "max" else 0.01}\n'

@@ -102,6 +102,10 @@ def test_no_more_points_are_screened_than_needed():
 
     assert np.array_equal(first_passing(points, 30, low), points[:30]) and sum(screened) < 60
     assert np.array_equal(first_passing(points, 150, low), points[:100])
+    # Where few are expected to pass, as many as may hold enough of them are screened at once; the points are the same.
+    for share, count in ((1.0, 30), (0.5, 60), (0.1, 200), (0.0, 200)):
+        screened.clear()
+        assert np.array_equal(first_passing(points, 30, low, share), points[:30]) and screened == [count]
 
 
 def inside(points):
