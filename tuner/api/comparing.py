@@ -1,6 +1,6 @@
 """Results and gains on the same flights."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -68,14 +68,23 @@ def _read(entrants: Sequence[str | Path | Results | Gains]) -> list[Entrant]:
             path = path_of(entrant)
             if path is None or named_study(path) is not None:
                 gains = entrant if isinstance(entrant, Gains) else default_of(cast(Path, path))
-                name = f"gains-{place}" if path is None else path.stem
+                name = f"gains-{place}" if path is None else str(path)
                 path = stack.enter_context(gains.file())
                 names[path] = name
             refuse_codeless(path)
             paths.append(path)
         read = read_entrants(paths)
-    named = [(each, names.get(each.source)) for each in read]
-    return [each if name is None else replace(each, name=name, source=Path(name)) for each, name in named]
+    short = [Path(names[each.source]).stem if each.source in names else each.name for each in read]
+    return [_named(each, name, short.count(name) > 1, names) for each, name in zip(read, short, strict=True)]
+
+
+def _named(entrant: Entrant, short: str, is_shared: bool, names: Mapping[Path, str]) -> Entrant:
+    """Return an entrant with its short name, or with its path where another entrant has the same.
+
+    names: of studies and of gains in memory, by the file that they were read from.
+    """
+    source = names.get(entrant.source, str(entrant.source))
+    return replace(entrant, name=source if is_shared else short, source=Path(source))
 
 
 def path_of(entrant: str | Path | Results | Gains) -> Path | None:

@@ -9,6 +9,7 @@ from tests.tuner.experiments.compare.conftest import changed_gains
 from tests.tuner.extensions.contests.experiments.contest_text import write
 from tests.tuner.extensions.contests.report.fabricate_contest import Made, fabricate
 from tests.tuner.in_process import tuner
+from tuner import compare
 from tuner.experiments.compare.entrants import names_of
 
 
@@ -77,6 +78,17 @@ def test_gains_files_fly_the_scenarios_of_a_study(paths, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "compare", paths[1], paths[2], "--study", QUICKSTART, "--seeds", 2)
     assert code == 0, err
     assert "Quickstart" in out
+
+
+def test_a_study_and_results_of_its_name_are_told_apart(paths, tmp_path):
+    study, file = tmp_path / "same.toml", tmp_path / "same" / "gains.json"
+    file.parent.mkdir()
+    shutil.copy(paths[1], file)
+    shutil.copy(QUICKSTART, study)
+    both = compare([study, file], study=QUICKSTART, flights=2).document.contenders
+    assert [entry.name for entry in both] == [str(study), str(file)]
+    others = compare([study, paths[2]], study=QUICKSTART, flights=2).document.contenders
+    assert [entry.name for entry in others] == ["same", "softer"]
 
 
 def test_namesakes_are_told_apart_by_their_paths(tmp_path):
