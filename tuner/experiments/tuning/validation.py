@@ -94,24 +94,31 @@ class Validation:
         for attempt in range(MAX_CONFIRMED_POINTS):
             if validated.keeps or not validated.finalists.feasible[validated.tuned]:
                 break
-            self._strike(validated, attempt + 1 == MAX_CONFIRMED_POINTS)
+            self._strike(validated, attempt)
             flown, validated = self._judged(finals, flown)
         # What comes nearest is the first that was picked, not the last that was refuted.
         return validated if validated.keeps else first
 
-    def _strike(self, validated: Validated, is_last: bool) -> None:
+    def _strike(self, validated: Validated, attempt: int) -> None:
         """Leave a refuted row out; the last one leaves nothing but the default.
 
-        If no flight may be lost, all that lose the same flights make way with it.
+        If no flight may be lost, all that lose the same flights make way with it. From the second one on so do all that the same
+        difference puts beyond a limit: five neighbors, one by one, ended a hover's run before nine points further inside.
         """
         labels = [self.problem.constraints[i].objective.label for i in validated.broken]
         self._struck[validated.tuned, validated.broken] = np.inf
-        alike = self._losing_alike(validated)
-        self._struck[alike] = np.inf
-        if is_last:
+        others = ~self._struck.any(axis=1, keepdims=True)
+        others[0] = False
+        losing = self._losing_alike(validated)
+        beyond = self._breaking_alike(validated) if attempt else np.zeros_like(losing)
+        self._struck[losing | beyond] = np.inf
+        if attempt + 1 == MAX_CONFIRMED_POINTS:
             self._struck[1:, validated.broken] = np.inf
-        others = int(np.count_nonzero(alike[1:].any(axis=1))) - 1
-        with_it = f", and {counted(others, 'further point')} with it that lose the same flights" if others > 0 else ""
+        reasons = ((losing, "lose the same flights"), (beyond, "the same difference would put beyond the limit"))
+        counts = [(int(np.count_nonzero(np.any(alike & others, axis=1))), reason) for alike, reason in reasons]
+        with_it = "".join(
+            f", and {counted(count, 'further point')} with it that {reason}" for count, reason in counts if count
+        )
         self._warnings[
             f"{self.names[validated.tuned]} satisfies every limit on held-out flights and breaks {', '.join(labels)} on "
             f"confirmation flights, so it makes way{with_it}."
@@ -128,6 +135,20 @@ class Validation:
             lost = losses(self.problem, self.gains, self._confirmed, failed[1]).any(axis=1)
             out[np.ix_(np.flatnonzero(lost), columns)] = True
         return out
+
+    def _breaking_alike(self, validated: Validated) -> np.ndarray:
+        """Return the mask (rows, constraints) of rows that its difference puts beyond a limit; none if that leaves nobody.
+
+        All rows make the same flights, so confirmation flights that are harsh for one are so for its neighbors.
+        """
+        out, held = np.zeros_like(self._struck, dtype=bool), validated.finalists.limits[0]
+        for i in validated.broken:
+            entry = self.problem.constraints[i]
+            if entry.has_tolerance:
+                difference = validated.confirmation.excess[1, i] + entry.most - held[validated.tuned, i]
+                out[1:, i] = held[1:, i] + difference > entry.most
+        left = validated.finalists.feasible & ~out.any(axis=1)
+        return out if left[1:].any() else np.zeros_like(out)
 
     def _judged(self, finals: Finals, raw: FinalFlights) -> tuple[FinalFlights, Validated]:
         while True:

@@ -171,6 +171,25 @@ def test_who_breaks_a_limit_on_confirmation_flights_makes_way_for_the_next(monke
     assert validated(problem, monkeypatch).tuned == 0
 
 
+def test_neighbors_of_refuted_points_make_way_together_for_those_further_inside(monkeypatch):
+    """Confirmation flights are harsher by 4 % of overshoot for all: seven points at the limit break it, the eighth keeps it."""
+    errors = [20.0, *np.arange(8.0, 16.0).tolist()]
+    problem = made(errors, [20.0, *np.linspace(14.0, 13.4, 7).tolist(), 10.0])
+    problem.scores[CONFIRMATION][:, 1] += 4.0
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (8, True)
+    first, second = [text for text in found.warnings if "makes way" in text]
+    assert first.startswith("p1 ") and "with it" not in first
+    assert (
+        second.startswith("p2 ")
+        and "five further points with it that the same difference would put beyond the limit" in second
+    )
+    # Where it would put all of them beyond, they are confirmed one after the other.
+    problem = made(errors[:5], [20.0, 14.0, 13.9, 13.8, 13.7])
+    problem.scores[CONFIRMATION][:4, 1] += 4.0
+    assert validated(problem, monkeypatch).tuned == 4
+
+
 def test_confirmation_flights_a_little_beyond_refute_nothing_that_all_flights_together_show(monkeypatch):
     problem = made([20.0, 8.0, 9.0], [20.0, 14.4, 14.0])
     problem.scores[CONFIRMATION][1, 1] += 0.65
