@@ -79,7 +79,7 @@ def _read(entrants: Sequence[str | Path | Results | Gains]) -> list[Entrant]:
 
 
 def _named(entrant: Entrant, short: str, is_shared: bool, names: Mapping[Path, str]) -> Entrant:
-    """Return an entrant with its short name, or with its path where another entrant has the same.
+    """Return an entrant with its short name, or its path among namesakes.
 
     names: of studies and of gains in memory, by the file that they were read from.
     """

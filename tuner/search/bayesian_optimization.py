@@ -62,7 +62,7 @@ class ModelBudget(NamedTuple):
 
 
 # Limits that are computed have several times the points of those that are flown, and models that are made anew with each check.
-FLOWN, COMPUTED = ModelBudget(), ModelBudget(most=150, growth=1.5)
+FLOWN_BUDGET, COMPUTED_BUDGET = ModelBudget(), ModelBudget(most=150, growth=1.5)
 
 
 class ConstraintModel(NamedTuple):
@@ -99,7 +99,9 @@ class BayesianOptimization:
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
         self._screens = [
-            DeterministicConstraints(excess, partial(self._constraint_models, f"{'further ' * level}known", COMPUTED))
+            DeterministicConstraints(
+                excess, partial(self._constraint_models, f"{'further ' * level}known", COMPUTED_BUDGET)
+            )
             for level, excess in enumerate(excesses)
         ]
         self._fits: dict[str, tuple[int, Hyperparameters]] = {}
@@ -246,8 +248,8 @@ class BayesianOptimization:
         # A value beyond all bounds counts as a limit broken: whoever seeks an end of the front would go there again and again.
         unbounded = np.any(values >= MAX_SPREADS, axis=1, keepdims=True).astype(float)
         return [
-            *self._constraint_models("constraint", FLOWN, points, np.sign(scaled) * np.log1p(np.abs(scaled))),
-            *self._constraint_models("unbounded", FLOWN, points, unbounded),
+            *self._constraint_models("constraint", FLOWN_BUDGET, points, np.sign(scaled) * np.log1p(np.abs(scaled))),
+            *self._constraint_models("unbounded", FLOWN_BUDGET, points, unbounded),
         ]
 
     def _constraint_models(self, kind: str, budget: ModelBudget, points: Array, excess: Array) -> list[ConstraintModel]:

@@ -137,7 +137,7 @@ class Validation:
         return out
 
     def _breaking_alike(self, validated: Validated) -> np.ndarray:
-        """Return the mask (rows, constraints) of rows that its difference puts beyond a limit; none if that leaves nobody.
+        """Return the mask (rows, constraints) of rows that its difference puts beyond a limit; none if it leaves no row.
 
         All rows make the same flights, so confirmation flights that are harsh for one are so for its neighbors.
         """
