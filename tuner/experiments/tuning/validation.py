@@ -107,7 +107,7 @@ class Validation:
         """
         labels = [self.problem.constraints[i].objective.label for i in validated.broken]
         self._struck[validated.tuned, validated.broken] = np.inf
-        others = ~self._struck.any(axis=1, keepdims=True)
+        others = np.all(self._struck == 0.0, axis=1, keepdims=True)
         others[0] = False
         losing = self._losing_alike(validated)
         beyond = self._breaking_alike(validated) if attempt else np.zeros_like(losing)
